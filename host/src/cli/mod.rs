@@ -1,0 +1,106 @@
+//! The command line: one module a subcommand, each with `Args` and `run`.
+
+mod demo;
+mod fit;
+mod measure;
+#[cfg(feature = "train")]
+mod record;
+#[cfg(feature = "train")]
+mod train;
+mod upload_gait;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Energy-efficient gaits for a small quadruped: train, fit, upload, measure.
+#[derive(Debug, Parser)]
+#[command(name = "host", version, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done
+    1  failed for a reason of the machine's: disk, memory, libtorch
+    2  unusable flags
+    3  unusable input: a file, a gait outside its limits, a missing column
+    4  no robot: no port, no answer, the link broke
+    5  the robot refused or stopped by itself
+  130  interrupted; what was reached is saved";
+
+/// In the order in which a gait comes to be.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Learn to walk: TD3 in the simulated Ant
+    #[cfg(feature = "train")]
+    Train(train::Args),
+    /// Average the policy's joint trajectories over 20 trials
+    #[cfg(feature = "train")]
+    Record(record::Args),
+    /// Fit a degree-10 polynomial per joint and write the gait
+    Fit(fit::Args),
+    /// Send a gait to the robot, verify and store it
+    UploadGait(upload_gait::Args),
+    /// Walk a trial and compute cost of transport and speed
+    Measure(measure::Args),
+    /// All of it, against the virtual robot
+    Demo(demo::Args),
+}
+
+/// What the exit code tells a script; [`EXIT_CODES`] is the text of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Cause {
+    /// Disk, memory, libtorch.
+    Machine = 1,
+    /// Flags that clap cannot judge.
+    Usage = 2,
+    /// A file or its contents.
+    Input = 3,
+    /// Port or link.
+    Link = 4,
+    /// The robot said no.
+    Robot = 5,
+    /// Ctrl-C.
+    Interrupted = 130,
+}
+
+/// Why a subcommand failed: what a script sees and what a person reads.
+#[derive(Debug)]
+pub struct Failure {
+    /// Becomes the exit code.
+    pub cause: Cause,
+    /// Becomes the text on standard error.
+    pub report: miette::Report,
+}
+
+impl Failure {
+    /// A failure with its exit code.
+    pub fn new(cause: Cause, error: impl Into<miette::Report>) -> Self {
+        Self { cause, report: error.into() }
+    }
+}
+
+/// Runs the subcommand and reports its outcome.
+#[must_use]
+pub fn run(cli: Cli) -> ExitCode {
+    let outcome = match cli.command {
+        #[cfg(feature = "train")]
+        Command::Train(args) => train::run(args),
+        #[cfg(feature = "train")]
+        Command::Record(args) => record::run(args),
+        Command::Fit(args) => fit::run(args),
+        Command::UploadGait(args) => upload_gait::run(args),
+        Command::Measure(args) => measure::run(args),
+        Command::Demo(args) => demo::run(args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{:?}", failure.report);
+            ExitCode::from(failure.cause as u8)
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! Everything the `host` command does, as a library.
+//!
+//! Owns training, fitting, the gait and robot files, the serial link and the
+//! arithmetic of a trial. Refuses to know the firmware: it speaks
+//! [`protocol`] to whatever answers on a port.
+//!
+//! Features: `sim` adds the rapier world, `train` (default) adds TD3 on
+//! libtorch. Without either, the tool still fits, uploads and measures.
+#![deny(unsafe_code)]
+
+pub mod cli;
+#[cfg(feature = "sim")]
+pub mod env;
+pub mod run_folder;

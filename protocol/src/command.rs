@@ -1,0 +1,236 @@
+//! Host to robot, and the robot's answers.
+//!
+//! Every command carries a sequence number in its frame and gets exactly one
+//! [`Reply`] with the same number. A command sent again with the number of the
+//! last one is answered again and not carried out twice, so a host that missed
+//! an answer may simply repeat itself.
+
+use crate::gait::{Amplitude, GaitError, Name};
+use crate::telemetry::{Fault, ResetCause, State};
+use serde::{Deserialize, Serialize};
+
+/// Longest piece of a gait in one frame.
+pub const MAX_CHUNK_LEN: usize = 64;
+
+/// What the host asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Command {
+    /// Who are you? Always the first command; encoding frozen.
+    Hello {
+        /// The host's [`crate::PROTOCOL_VERSION`].
+        protocol_version: u8,
+    },
+    /// What are you doing?
+    Status,
+    /// A gait of `len` bytes (CRC included) follows in chunks.
+    UploadBegin {
+        /// Length of the encoded table.
+        len: u16,
+    },
+    /// A piece of the encoded table; pieces may arrive in any order.
+    UploadChunk {
+        /// Where the piece starts.
+        offset: u16,
+        /// The piece.
+        data: Chunk,
+    },
+    /// All pieces are there: verify, make the gait active, or change nothing.
+    UploadCommit {
+        /// Amplitude that becomes the gait's default.
+        amplitude: Amplitude,
+        /// Also save both to EEPROM, while going on with whatever is going on.
+        persist: bool,
+    },
+    /// A piece of the active table, for a host that wants to compare.
+    ReadGait {
+        /// Where the piece starts.
+        offset: u16,
+    },
+    /// Enter the gait slowly, then walk.
+    Walk {
+        /// `None` walks with the stored amplitude.
+        amplitude: Option<Amplitude>,
+        /// Gait frames to walk before stopping by itself; `None` until [`Self::Stop`].
+        frames: Option<u32>,
+    },
+    /// Stop walking, hold for a moment, then let the servos go limp.
+    Stop,
+    /// Scale the gait from now on, without a jump.
+    SetAmplitude(Amplitude),
+    /// Stream telemetry every this many frames; 0 is off.
+    StreamTelemetry {
+        /// 1 is every frame, 60 a second.
+        every_frames: u8,
+    },
+    /// Leave the fault state, if its cause is gone.
+    ClearFault,
+}
+
+/// Up to [`MAX_CHUNK_LEN`] bytes of a gait table.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Chunk {
+    len: u8,
+    bytes: [u8; MAX_CHUNK_LEN],
+}
+
+impl Chunk {
+    /// The first bytes of `bytes`, as many as fit.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> Self {
+        let len = bytes.len().min(MAX_CHUNK_LEN);
+        let mut chunk = Self { len: len as u8, bytes: [0; MAX_CHUNK_LEN] };
+        chunk.bytes[..len].copy_from_slice(&bytes[..len]);
+        chunk
+    }
+
+    /// The bytes.
+    #[must_use]
+    pub fn as_slice(&self) -> &[u8] {
+        &self.bytes[..self.len as usize]
+    }
+}
+
+impl core::fmt::Debug for Chunk {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.as_slice().fmt(f)
+    }
+}
+
+impl Serialize for Chunk {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(self.as_slice())
+    }
+}
+
+impl<'de> Deserialize<'de> for Chunk {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Chunk;
+
+            fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.write_str("at most 64 bytes")
+            }
+
+            fn visit_bytes<E: serde::de::Error>(self, bytes: &[u8]) -> Result<Chunk, E> {
+                if bytes.len() > MAX_CHUNK_LEN {
+                    return Err(E::invalid_length(bytes.len(), &self));
+                }
+                Ok(Chunk::of(bytes))
+            }
+        }
+        deserializer.deserialize_bytes(Visitor)
+    }
+}
+
+/// The robot's answer to one command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reply {
+    /// To [`Command::Hello`] of the same protocol version.
+    Hello(HelloReply),
+    /// Not done, and nothing changed. Second place: encoding frozen with it.
+    Refused(Refusal),
+    /// Done.
+    Done,
+    /// To [`Command::Status`].
+    Status(Status),
+    /// To [`Command::ReadGait`]; empty past the end of the table.
+    GaitChunk(Chunk),
+}
+
+/// Who the robot is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HelloReply {
+    /// The robot's [`crate::PROTOCOL_VERSION`].
+    pub protocol_version: u8,
+    /// Major, minor, patch.
+    pub firmware_version: [u8; 3],
+    /// What it can take.
+    pub limits: Limits,
+    /// Why it last started.
+    pub reset_cause: ResetCause,
+}
+
+/// What a robot can take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Gait frames a second.
+    pub frame_rate_hz: u8,
+    /// Longest encoded gait table.
+    pub max_gait_len: u16,
+    /// Longest piece of it in one frame.
+    pub max_chunk_len: u8,
+    /// Smallest amplitude.
+    pub min_amplitude: Amplitude,
+    /// Largest amplitude.
+    pub max_amplitude: Amplitude,
+}
+
+/// What the robot is doing, and with what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Status {
+    /// What it is doing.
+    pub state: State,
+    /// The active gait, if there is one.
+    pub gait: Option<ActiveGait>,
+    /// Whether the active gait survives power-off.
+    pub storage: Storage,
+    /// Supply voltage at the last sample.
+    pub bus_mv: u16,
+    /// Frames from the wire that failed their CRC or made no sense.
+    pub bad_frames: u16,
+}
+
+/// The gait that [`Command::Walk`] would play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActiveGait {
+    /// Its name.
+    pub name: Name,
+    /// The CRC-32 at the end of its encoding: its identity.
+    pub crc32: u32,
+    /// Its default amplitude.
+    pub amplitude: Amplitude,
+}
+
+/// Where the active gait lives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Storage {
+    /// In RAM only: gone at the next reset.
+    RamOnly,
+    /// Being written to EEPROM.
+    Saving,
+    /// In EEPROM.
+    Saved,
+    /// The write did not verify; the gait saved before, if any, is intact.
+    Failed,
+}
+
+/// Why a command was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// Another protocol version; encoding frozen.
+    ProtocolVersion {
+        /// The robot's [`crate::PROTOCOL_VERSION`].
+        robot: u8,
+    },
+    /// The frame was intact but holds no command of this version.
+    Unknown,
+    /// A length or an offset is beyond the announced table, or a chunk came first.
+    UploadRange,
+    /// Pieces of the announced table are missing.
+    UploadIncomplete,
+    /// The table is damaged or its values are out of range.
+    BadGait(GaitError),
+    /// The amplitude is outside the limits in [`Limits`].
+    Amplitude,
+    /// There is no gait to walk.
+    NoGait,
+    /// A latched fault stands in the way.
+    Faulted(Fault),
+    /// Walking was asked for while walking: stop first.
+    AlreadyWalking,
+    /// The servo driver or the power sensor does not answer.
+    ChipMissing(Fault),
+    /// An earlier save is still going on.
+    StorageBusy,
+}

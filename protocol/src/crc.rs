@@ -1,0 +1,34 @@
+//! The two checksums of the project, bitwise: an AVR has no flash for tables.
+
+/// CRC-16/IBM-SDLC (X.25) of `bytes`: guards one frame on the wire.
+///
+/// # Source
+/// ITU-T V.42, 8.1.1.6.1; check value of "123456789" is 0x906E.
+#[must_use]
+pub fn crc16(bytes: &[u8]) -> u16 {
+    let mut crc = 0xFFFF_u16;
+    for &byte in bytes {
+        // Nibble-free byte-wise form of the reflected 0x8408 polynomial.
+        let mut mixed = (crc as u8) ^ byte;
+        mixed ^= mixed << 4;
+        let wide = mixed as u16;
+        crc = (wide << 8 | crc >> 8) ^ (wide >> 4) ^ (wide << 3);
+    }
+    !crc
+}
+
+/// CRC-32 (IEEE 802.3) of `bytes`: identifies a gait table.
+///
+/// # Source
+/// IEEE 802.3, 3.2.9; check value of "123456789" is 0xCBF4_3926.
+#[must_use]
+pub fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for &byte in bytes {
+        crc ^= byte as u32;
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 };
+        }
+    }
+    !crc
+}

@@ -1,0 +1,145 @@
+//! Frames on the wire: postcard, CRC-16, COBS, and a zero byte after each.
+//!
+//! `COBS(postcard(message) ++ crc16_le) ++ 0`. A receiver that lost a byte is
+//! back in step at the next zero. Refuses to guess: a frame is whole or gone.
+
+use crate::command::{Command, MAX_CHUNK_LEN};
+use crate::crc::crc16;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+/// Longest body in bytes, before CRC and COBS: a full chunk and its header.
+pub const MAX_BODY_LEN: usize = MAX_CHUNK_LEN + 10;
+/// Longest frame in bytes: body, CRC, one COBS code byte, and the delimiter.
+pub const MAX_FRAME_LEN: usize = MAX_BODY_LEN + 2 + 1 + 1;
+
+/// A command with its sequence number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Request {
+    /// Echoed in the reply; a repeat of the last number asks for the same answer.
+    pub seq: u8,
+    /// What is asked for.
+    pub command: Command,
+}
+
+/// Why a frame was dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameError {
+    /// Longer than [`MAX_FRAME_LEN`].
+    TooLong,
+    /// The COBS code bytes point outside the frame.
+    Cobs,
+    /// The checksum does not match.
+    Crc,
+    /// Intact, but no message of this protocol version.
+    Meaning,
+}
+
+/// Writes `message` as one frame, delimiter included, into `buffer`.
+///
+/// # Errors
+/// [`FrameError::TooLong`] if the frame does not fit `buffer` or the limit.
+pub fn encode<'b, T: Serialize>(
+    message: &T,
+    buffer: &'b mut [u8; MAX_FRAME_LEN],
+) -> Result<&'b [u8], FrameError> {
+    // The body is built one byte in, where COBS wants its first code byte.
+    let body_len =
+        postcard::to_slice(message, &mut buffer[1..=MAX_BODY_LEN]).map_err(|_| FrameError::TooLong)?.len();
+    let crc = crc16(&buffer[1..=body_len]).to_le_bytes();
+    buffer[body_len + 1..body_len + 3].copy_from_slice(&crc);
+    let end = body_len + 3;
+
+    // Below 254 bytes, COBS in place is a chain of distances between zeros.
+    let mut code_at = 0;
+    for i in 1..end {
+        if buffer[i] == 0 {
+            buffer[code_at] = (i - code_at) as u8;
+            code_at = i;
+        }
+    }
+    buffer[code_at] = (end - code_at) as u8;
+    buffer[end] = 0;
+    Ok(&buffer[..=end])
+}
+
+// One code byte reaches to the end only while a frame is shorter than this.
+const _: () = assert!(MAX_FRAME_LEN <= 255);
+
+/// Undoes COBS and checks the CRC of one frame, delimiter excluded, in place.
+///
+/// # Errors
+/// Why the frame is to be dropped.
+pub fn unframe(frame: &mut [u8]) -> Result<&[u8], FrameError> {
+    if frame.len() >= MAX_FRAME_LEN {
+        return Err(FrameError::TooLong);
+    }
+    let mut code_at = 0;
+    while code_at < frame.len() {
+        let code = frame[code_at] as usize;
+        let next = code_at + code;
+        if code == 0 || next > frame.len() {
+            return Err(FrameError::Cobs);
+        }
+        frame[code_at] = 0;
+        code_at = next;
+    }
+    let (body, crc) = frame.get(1..).and_then(|f| f.split_last_chunk::<2>()).ok_or(FrameError::Cobs)?;
+    if crc16(body) != u16::from_le_bytes(*crc) {
+        return Err(FrameError::Crc);
+    }
+    Ok(body)
+}
+
+/// Reads the message in a checked frame body.
+///
+/// # Errors
+/// [`FrameError::Meaning`] if the bytes are no such message, or go on after it.
+pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, FrameError> {
+    match postcard::take_from_bytes(body) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Meaning),
+    }
+}
+
+/// Collects bytes into frames.
+#[derive(Debug)]
+pub struct Decoder {
+    buffer: [u8; MAX_FRAME_LEN],
+    len: usize,
+    overlong: bool,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Decoder {
+    /// An empty decoder.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { buffer: [0; MAX_FRAME_LEN], len: 0, overlong: false }
+    }
+
+    /// Takes one byte; returns the body of the frame that it completes.
+    ///
+    /// Empty frames, two zeros in a row, are silence and return `None`.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
+        if byte != 0 {
+            match self.buffer.get_mut(self.len) {
+                Some(place) => {
+                    *place = byte;
+                    self.len += 1;
+                }
+                None => self.overlong = true,
+            }
+            return None;
+        }
+        let len = core::mem::take(&mut self.len);
+        if core::mem::take(&mut self.overlong) {
+            return Some(Err(FrameError::TooLong));
+        }
+        (len > 0).then(|| unframe(&mut self.buffer[..len]))
+    }
+}

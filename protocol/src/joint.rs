@@ -1,0 +1,74 @@
+//! The eight joints, their order and names.
+//!
+//! The paper calls the lower joint of a leg "ankle"; field usage and this
+//! project call it the knee. This is the only place that says so.
+
+/// Joints of the Ant: a hip and a knee on each of four legs.
+pub const JOINT_COUNT: usize = 8;
+
+/// A joint, in table and channel order: hips of legs 1 to 4, then knees.
+///
+/// Legs 1 to 4 stand at azimuth 45, 135, 225 and 315 degrees: counter-clockwise,
+/// seen from above, from the body's x axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+#[allow(missing_docs)]
+pub enum Joint {
+    Hip1,
+    Hip2,
+    Hip3,
+    Hip4,
+    Knee1,
+    Knee2,
+    Knee3,
+    Knee4,
+}
+
+impl Joint {
+    /// All joints, in order: `ALL[j.index()] == j`.
+    pub const ALL: [Self; JOINT_COUNT] =
+        [Self::Hip1, Self::Hip2, Self::Hip3, Self::Hip4, Self::Knee1, Self::Knee2, Self::Knee3, Self::Knee4];
+
+    /// Position in every table, and the default PCA9685 channel.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Leg number, 1 to 4.
+    #[must_use]
+    pub const fn leg(self) -> u8 {
+        (self as u8) % 4 + 1
+    }
+
+    /// Whether the joint moves the whole leg in the horizontal plane.
+    #[must_use]
+    pub const fn is_hip(self) -> bool {
+        (self as u8) < 4
+    }
+
+    /// Lower-case name, as in files and messages: `hip1`, `knee4`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hip1 => "hip1",
+            Self::Hip2 => "hip2",
+            Self::Hip3 => "hip3",
+            Self::Hip4 => "hip4",
+            Self::Knee1 => "knee1",
+            Self::Knee2 => "knee2",
+            Self::Knee3 => "knee3",
+            Self::Knee4 => "knee4",
+        }
+    }
+
+    /// The joint of that name; the paper's `ank1` to `ank4` are accepted too.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        let paper = ["ank1", "ank2", "ank3", "ank4"];
+        if let Some(leg) = paper.iter().position(|&p| p == name) {
+            return Some(Self::ALL[4 + leg]);
+        }
+        Self::ALL.into_iter().find(|j| j.name() == name)
+    }
+}

@@ -1,0 +1,31 @@
+//! What host and robot say to each other, and the one function that turns a
+//! gait into joint angles.
+//!
+//! Owns the wire messages ([`command`], [`telemetry`]), their framing
+//! ([`frame`]), the gait table and its integer evaluation ([`gait`]), and the
+//! order of the joints ([`joint`]). Refuses everything else: no ports, no
+//! clocks, no allocation, no floating point outside [`gait`]'s quantisation,
+//! which only the host calls.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod command;
+pub mod crc;
+pub mod frame;
+pub mod gait;
+pub mod joint;
+pub mod telemetry;
+
+pub use command::{Chunk, Command, HelloReply, Limits, Refusal, Reply, Status};
+pub use gait::{Amplitude, Angle, GaitTable, JointCurve, Name};
+pub use joint::{JOINT_COUNT, Joint};
+pub use telemetry::{Event, Fault, Message, ResetCause, State, Telemetry};
+
+/// Version of the messages in this crate; host and robot must agree exactly.
+///
+/// [`Command::Hello`] and [`Refusal::ProtocolVersion`] keep their encoding in
+/// every version, so that two strangers can at least say why they part.
+pub const PROTOCOL_VERSION: u8 = 1;
+
+/// Gait frames a second: one setpoint per joint and one energy sample each.
+pub const FRAME_RATE_HZ: u32 = 60;

@@ -1,0 +1,101 @@
+//! Robot to host: answers, telemetry, events.
+
+use crate::command::Reply;
+use serde::{Deserialize, Serialize};
+
+/// Everything a robot may send.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Message {
+    /// The answer to the command with sequence number `seq`. Encoding frozen.
+    Reply {
+        /// The command's sequence number.
+        seq: u8,
+        /// The answer.
+        reply: Reply,
+    },
+    /// One sample of the stream.
+    Telemetry(Telemetry),
+    /// Something happened that nobody asked about.
+    Event(Event),
+}
+
+/// What the robot is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// Starting up; servos off.
+    Booting,
+    /// Servos limp.
+    Idle,
+    /// Moving slowly to the gait's first pose.
+    Entering,
+    /// Playing the gait.
+    Walking,
+    /// Standing still with servos on, shortly before going limp.
+    Holding,
+    /// Servos off until [`crate::Command::ClearFault`].
+    Fault(Fault),
+}
+
+/// Why the robot stopped by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fault {
+    /// The PCA9685 does not answer, or the bus is stuck.
+    ServoDriverLost,
+    /// The INA219 does not answer, or lost its configuration.
+    SensorLost,
+    /// The program hung and the watchdog reset it while servos were on.
+    Watchdog,
+}
+
+/// Why the robot last started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ResetCause {
+    /// Supply switched on.
+    PowerOn,
+    /// Reset pin: a port was opened, or the button pressed.
+    External,
+    /// Supply sagged below the brown-out level.
+    BrownOut,
+    /// The program hung.
+    Watchdog,
+    /// The flags were gone, as old bootloaders leave them.
+    Unknown,
+}
+
+/// One sample, taken at the start of a frame.
+///
+/// Trial figures count from the first gait frame of the last walk and freeze
+/// with its last one, so a sample after the end still tells the whole trial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Telemetry {
+    /// Frames since start-up: the robot's clock, 1/60 s each.
+    pub uptime_frames: u32,
+    /// What it is doing.
+    pub state: State,
+    /// Gait frames played in this trial.
+    pub trial_frames: u32,
+    /// Battery energy over those frames, as the INA219 saw it.
+    pub trial_energy_uj: u64,
+    /// Gait frames of this trial in which a joint was held at its limit.
+    pub clipped_frames: u32,
+    /// Position in the stride, in 1/65536.
+    pub phase: u16,
+    /// Supply voltage.
+    pub bus_mv: u16,
+    /// Supply current.
+    pub current_ua: i32,
+    /// Sensor conversions in this trial that failed, or saturated; the sample
+    /// before stood in for them.
+    pub missed_samples: u16,
+}
+
+/// What the robot says unasked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Event {
+    /// Just started: whoever was connected has lost its session.
+    Started(ResetCause),
+    /// Stopped by itself and latched.
+    Fault(Fault),
+    /// Played the frames it was asked for.
+    WalkFinished,
+}
