@@ -29,6 +29,8 @@ pub const GAIT: &str = "gait.toml";
 pub const GAIT_BYTES: &str = "gait.bin";
 /// One row a measured trial.
 pub const TRIALS: &str = "trials.csv";
+/// The virtual robot's ground truth, JSON lines.
+pub const TRUTH: &str = "truth.jsonl";
 /// What a run came to.
 pub const SUMMARY: &str = "summary.json";
 

@@ -1,8 +1,214 @@
-use super::Failure;
+//! The whole chain against the virtual robot, each step a process of its own,
+//! exactly as a person would type it.
+//!
+//! Owns the order of the steps and `summary.json`; every number in it comes
+//! from a step's own `--json`.
 
+use super::{Cause, Failure};
+use crate::run_folder::{self, FileError};
+use serde_json::{Map, Value, json};
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+use thiserror::Error;
+
+/// Flags of `host demo`.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Seed of training, recording and the robot's start; another seed gives another gait
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Training preset
+    #[arg(long, default_value = "quick")]
+    preset: String,
+    /// Amplitude to upload the gait at
+    #[arg(long = "amp", default_value_t = 2.2)]
+    amplitude: f64,
+    /// Length of the trial in seconds
+    #[arg(long = "duration", default_value_t = 12.0, value_name = "S")]
+    duration_s: f64,
+    /// The virtual robot's program; by default the one built beside this one
+    #[arg(long, value_name = "FILE")]
+    virtual_robot: Option<PathBuf>,
+    /// Also print summary.json on standard output
+    #[arg(long)]
+    json: bool,
+}
 
-pub fn run(_args: Args) -> Result<(), Failure> {
-    todo!()
+/// Why the demo stopped.
+#[derive(Debug, Error)]
+enum DemoError {
+    #[error("step `{step}` failed with exit code {code}")]
+    Step { step: &'static str, code: String },
+    #[error("cannot start {program}: {source}")]
+    Start { program: PathBuf, source: std::io::Error },
+    #[error("step `{step}` reported no `{field}`")]
+    Field { step: &'static str, field: &'static str },
+    #[error("step `{step}` printed no JSON: {source}")]
+    Json { step: &'static str, source: serde_json::Error },
+    #[error("the virtual robot ended before it offered a port")]
+    NoPort,
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl DemoError {
+    fn into_failure(self) -> Failure {
+        let (cause, help) = match &self {
+            Self::Step { .. } => (Cause::Machine, "the step's own message stands above"),
+            Self::Start { .. } => (Cause::Machine, "build it: cargo build -p sim-tests --bin virtual-robot"),
+            Self::NoPort => {
+                (Cause::Link, "its own message stands above; build its firmware with `make firmware`")
+            }
+            Self::Field { .. } | Self::Json { .. } => {
+                (Cause::Machine, "host and its steps are of different versions: rebuild both")
+            }
+            Self::File(_) => (Cause::Machine, "is the disk full, or the folder read-only?"),
+        };
+        Failure::new(cause, miette::miette!(help = help, "{self}"))
+    }
+}
+
+/// The virtual robot's process: ended when dropped.
+struct VirtualRobot {
+    child: Child,
+    port: String,
+}
+
+impl VirtualRobot {
+    fn start(program: &Path, run: &Path, seed: u64) -> Result<Self, DemoError> {
+        let mut child = Command::new(program)
+            .args(["--seed", &seed.to_string(), "--robot"])
+            .arg(run.join(run_folder::ROBOT))
+            .arg("--truth")
+            .arg(run.join(run_folder::TRUTH))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|source| DemoError::Start { program: program.to_owned(), source })?;
+        let mut port = String::new();
+        let offered = child
+            .stdout
+            .as_mut()
+            .is_some_and(|out| BufReader::new(out).read_line(&mut port).is_ok_and(|bytes| bytes > 0));
+        // From here on, dropping ends the process.
+        let robot = Self { child, port: port.trim().to_owned() };
+        if offered { Ok(robot) } else { Err(DemoError::NoPort) }
+    }
+}
+
+impl Drop for VirtualRobot {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Runs the steps, timing each.
+struct Steps {
+    host: PathBuf,
+    wall_s: Map<String, Value>,
+}
+
+impl Steps {
+    /// Runs `host STEP ARGS --json`; its progress goes to the terminal.
+    fn run(&mut self, step: &'static str, args: &[&str]) -> Result<Value, DemoError> {
+        eprintln!("\n$ host {step} {}", args.join(" "));
+        let start = Instant::now();
+        let output = Command::new(&self.host)
+            .arg(step)
+            .args(args)
+            .arg("--json")
+            .stderr(Stdio::inherit())
+            .output()
+            .map_err(|source| DemoError::Start { program: self.host.clone(), source })?;
+        if !output.status.success() {
+            let code = output.status.code().map_or("none (killed)".to_owned(), |code| code.to_string());
+            return Err(DemoError::Step { step, code });
+        }
+        self.wall_s.insert(step.replace('-', "_"), rounded(start.elapsed().as_secs_f64()));
+        serde_json::from_slice(&output.stdout).map_err(|source| DemoError::Json { step, source })
+    }
+}
+
+fn rounded(seconds: f64) -> Value {
+    json!((seconds * 10.0).round() / 10.0)
+}
+
+/// Runs the demo.
+pub fn run(args: Args) -> Result<(), Failure> {
+    demo(&args).map_err(DemoError::into_failure)
+}
+
+fn demo(args: &Args) -> Result<(), DemoError> {
+    let start = Instant::now();
+    let host = std::env::current_exe()
+        .map_err(|source| DemoError::Start { program: PathBuf::from("host"), source })?;
+    let virtual_robot = args.virtual_robot.clone().unwrap_or_else(|| host.with_file_name("virtual-robot"));
+    let mut steps = Steps { host, wall_s: Map::new() };
+    let run = run_folder::create(&format!("demo-seed{}", args.seed))?;
+    let run_name = run.display().to_string();
+    let seed = args.seed.to_string();
+    let amplitude = args.amplitude.to_string();
+    let duration = args.duration_s.to_string();
+
+    let train = steps.run("train", &["--preset", &args.preset, "--seed", &seed, "--out", &run_name])?;
+    steps.run("record", &["--run", &run_name, "--seed", &seed])?;
+    steps.run("fit", &["--run", &run_name])?;
+
+    let robot = VirtualRobot::start(&virtual_robot, &run, args.seed)?;
+    eprintln!("\nvirtual robot on {}", robot.port);
+    let gait = run.join(run_folder::GAIT).display().to_string();
+    let upload =
+        steps.run("upload-gait", &["--gait", &gait, "--amp", &amplitude, "--clip", "--port", &robot.port])?;
+    let truth = run.join(run_folder::TRUTH).display().to_string();
+    let trial = steps.run(
+        "measure",
+        &["--port", &robot.port, "--duration", &duration, "--tracker", &truth, "--out", &run_name],
+    )?;
+    drop(robot);
+
+    let mut summary = Map::new();
+    let mut take = |from: &Value, step: &'static str, fields: &[&'static str]| {
+        for &field in fields {
+            let value = from.get(field).ok_or(DemoError::Field { step, field })?;
+            summary.insert(field.to_owned(), value.clone());
+        }
+        Ok::<(), DemoError>(())
+    };
+    let measured = [
+        "cost_of_transport",
+        "speed_m_s",
+        "mean_power_w",
+        "energy_j",
+        "distance_m",
+        "amplitude",
+        "frames_played",
+    ];
+    take(&trial, "measure", &measured)?;
+    take(&train, "train", &["seed", "reward_untrained", "reward_trained", "train_env_steps"])?;
+    take(&upload, "upload-gait", &["gait_sha256", "gait_source", "clipped_share"])?;
+    steps.wall_s.insert("total".to_owned(), rounded(start.elapsed().as_secs_f64()));
+    summary.insert("run".to_owned(), json!(run_name));
+    summary.insert("wall_s".to_owned(), Value::Object(steps.wall_s));
+
+    let summary = Value::Object(summary);
+    let path = run.join(run_folder::SUMMARY);
+    run_folder::write(&path, format!("{summary:#}\n").as_bytes())?;
+    run_folder::make_latest(&run)?;
+    let figure = |field: &str| summary[field].as_f64().unwrap_or(f64::NAN);
+    eprintln!(
+        "\ncost of transport {:.3}   speed {:.3} m/s   mean power {:.3} W   ({} s trial at {}x)\n{}",
+        figure("cost_of_transport"),
+        figure("speed_m_s"),
+        figure("mean_power_w"),
+        args.duration_s,
+        args.amplitude,
+        path.display(),
+    );
+    if args.json {
+        println!("{summary:#}");
+    }
+    Ok(())
 }

@@ -1,0 +1,40 @@
+# Two commands do everything on a bare Debian 12 with rustup: `make demo`, `make test`.
+#
+#   make setup   what plain cargo needs: packages, libtorch, the AVR toolchain, ravedude
+#   make demo    train, record, fit, start the virtual robot, upload, measure (SEED=1 for another gait)
+#   make test    every check that a change must pass
+#   make firmware / make clean
+
+SEED ?= 0
+PRESET ?= quick
+AMP ?= 2.2
+
+.DEFAULT_GOAL := help
+.PHONY: help setup deps demo test firmware clean
+
+help:
+	@sed -n 's/^#  *\(make.*\)/  \1/p' Makefile
+
+setup: deps
+	scripts/setup-ravedude
+
+deps:
+	scripts/setup-packages
+	scripts/setup-libtorch
+	scripts/setup-avr
+
+firmware: deps
+	cd firmware && cargo build --release
+	scripts/firmware-size
+
+demo: firmware
+	cargo build -p host
+	cargo build -p sim-tests --bin virtual-robot
+	cargo run -q -p host -- demo --seed $(SEED) --preset $(PRESET) --amp $(AMP)
+
+test: deps
+	scripts/check
+
+clean:
+	cargo clean
+	cd firmware && cargo clean
