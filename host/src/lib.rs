@@ -11,4 +11,7 @@
 pub mod cli;
 #[cfg(feature = "sim")]
 pub mod env;
+pub mod robot;
 pub mod run_folder;
+#[cfg(feature = "sim")]
+pub mod sim;

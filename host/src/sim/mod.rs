@@ -1,0 +1,11 @@
+//! The robot in a simulated world, and the task that a policy learns in it.
+//!
+//! Owns the rapier world, the servo law, the power of the servos and the Ant
+//! task with its reward. Refuses to know of networks and of serial ports: the
+//! learner sees [`crate::env::Env`], the virtual robot sees [`World`].
+
+mod body;
+pub mod open_loop;
+mod world;
+
+pub use world::{Perturbation, Start, StepOutcome, TorsoState, World};

@@ -1,0 +1,120 @@
+//! Plays a gait on the simulated robot without firmware: is it any good?
+//!
+//! Owns the trial: a slow entry, then so many seconds of setpoints that are
+//! computed 60 times a second and held, as the robot does. Refuses to know
+//! where the gait comes from: anything that gives eight angles for a time.
+
+use super::world::{Start, World};
+use crate::robot::Robot;
+
+/// Setpoints in a second.
+pub const FRAME_RATE_HZ: f64 = 60.0;
+/// Standard gravity, for the robot's weight.
+const GRAVITY_M_S2: f64 = 9.81;
+
+/// How a trial is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// From standing at neutral to the gait's first pose; not measured.
+    pub entry_s: f64,
+    /// The measured walk.
+    pub duration_s: f64,
+    /// How the robot is put down.
+    pub start: Start,
+}
+
+impl Default for Trial {
+    /// The paper's 12 s, after an entry slower than any servo.
+    fn default() -> Self {
+        Self { entry_s: 1.5, duration_s: 12.0, start: Start::default() }
+    }
+}
+
+/// What a walk came to, over the measured time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Walk {
+    /// Net horizontal displacement.
+    pub distance_m: f64,
+    /// Displacement along the world's x and y.
+    pub displacement_m: [f64; 2],
+    /// Distance over time.
+    pub speed_m_s: f64,
+    /// From the supply, servos and electronics.
+    pub energy_j: f64,
+    /// Energy over time.
+    pub mean_power_w: f64,
+    /// Energy per weight and distance; infinite where the robot stood still.
+    pub cost_of_transport: f64,
+    /// Turned by this much, counter-clockwise, whole turns included.
+    pub turned_rad: f64,
+    /// Farthest the torso leaned.
+    pub max_tilt_rad: f64,
+    /// Share of the time in which torso or knees touched the ground.
+    pub dragged_share: f64,
+    /// Whether it lay down at any time, the entry included.
+    pub fell: bool,
+}
+
+/// Plays `gait`, angles in radians for a time in seconds from 0, on a fresh robot.
+pub fn play(robot: &Robot, trial: &Trial, mut gait: impl FnMut(f64) -> [f64; 8]) -> Walk {
+    let mut world = World::new(robot);
+    world.reset(&[0.0; 8], &trial.start);
+    play_in(&mut world, trial, &mut gait)
+}
+
+/// Plays `gait` in a world that stands at neutral.
+fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 8]) -> Walk {
+    let steps_per_frame = (1.0 / (FRAME_RATE_HZ * World::STEP_S)).round() as usize;
+    let frames = |duration_s: f64| (duration_s * FRAME_RATE_HZ).round().max(0.0) as usize;
+
+    let first = gait(0.0);
+    let mut fell = false;
+    // The last third of the entry is for the servos to arrive and the body to settle.
+    let entry_frames = frames(trial.entry_s);
+    for frame in 0..entry_frames {
+        let share = (1.5 * (frame + 1) as f64 / entry_frames as f64).min(1.0);
+        for _ in 0..steps_per_frame {
+            world.step(&first.map(|angle| Some(share * angle)));
+        }
+        fell |= world.has_fallen();
+    }
+
+    let before = world.torso();
+    let frame_count = frames(trial.duration_s);
+    let mut servo_energy_j = 0.0;
+    let mut turned_rad = 0.0;
+    let mut yaw_rad = before.yaw_rad();
+    let mut max_tilt_rad = 0.0_f64;
+    let mut dragged_frames = 0;
+    for frame in 0..frame_count {
+        let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
+        for _ in 0..steps_per_frame {
+            servo_energy_j += world.step(&setpoints).servo_power_w * World::STEP_S;
+        }
+        let torso = world.torso();
+        let turn_rad = torso.yaw_rad() - yaw_rad;
+        turned_rad += turn_rad - core::f64::consts::TAU * (turn_rad / core::f64::consts::TAU).round();
+        yaw_rad = torso.yaw_rad();
+        max_tilt_rad = max_tilt_rad.max(torso.tilt_rad());
+        dragged_frames += usize::from(world.body_touches_ground());
+        fell |= world.has_fallen();
+    }
+
+    let after = world.torso();
+    let duration_s = (frame_count as f64 / FRAME_RATE_HZ).max(World::STEP_S);
+    let displacement_m = [0, 1].map(|axis| after.position_m[axis] - before.position_m[axis]);
+    let distance_m = displacement_m[0].hypot(displacement_m[1]);
+    let energy_j = servo_energy_j + world.robot().power.electronics_w * duration_s;
+    Walk {
+        distance_m,
+        displacement_m,
+        speed_m_s: distance_m / duration_s,
+        energy_j,
+        mean_power_w: energy_j / duration_s,
+        cost_of_transport: energy_j / (world.robot().mass_kg() * GRAVITY_M_S2 * distance_m),
+        turned_rad,
+        max_tilt_rad,
+        dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
+        fell,
+    }
+}

@@ -1,0 +1,333 @@
+//! The robot on flat ground, in steps of 1/240 s.
+//!
+//! Owns the servo law and what the servos draw. Refuses to know gaits and
+//! rewards. The same calls give the same bits, in any process on any run:
+//! every start builds a fresh world, and nothing in it is threaded.
+//!
+//! The world's frame is that of the start: origin under the torso's middle, z
+//! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
+
+use super::body::{Body, Pose0, foot_in_shin, real};
+use crate::robot::Robot;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rapier3d::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// A foot nearer to the ground than this stands on it.
+const CONTACT_M: f64 = 0.001;
+/// Torque per radian beyond a servo's end stop; with the servo's own damping
+/// it stops a shin within a degree and stays stable at this step.
+const END_STOP_N_M_RAD: f64 = 20.0;
+/// Beyond this tilt the robot will not stand up again by itself.
+const FALLEN_TILT_RAD: f64 = 1.0;
+
+/// The simulated robot.
+pub struct World {
+    robot: Robot,
+    body: Body,
+    servo_setpoints_rad: [f64; 8],
+    joint_angles_rad: [f64; 8],
+    joint_speeds_rad_s: [f64; 8],
+}
+
+/// What one step came to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepOutcome {
+    /// Electrical power of all servos at the supply, the electronics' own excluded.
+    pub servo_power_w: f64,
+    /// What the servos' horns deliver: the sum over servos of torque times
+    /// speed where that is positive. A servo that is driven gives nothing back.
+    pub mechanical_power_w: f64,
+}
+
+/// The torso's middle, in the world's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorsoState {
+    /// Where.
+    pub position_m: [f64; 3],
+    /// Unit quaternion from the torso's frame to the world's.
+    pub orientation_xyzw: [f64; 4],
+    /// How fast.
+    pub velocity_m_s: [f64; 3],
+    /// Turning how fast.
+    pub angular_velocity_rad_s: [f64; 3],
+}
+
+impl TorsoState {
+    /// Heading, counter-clockwise from the world's x, in -pi to pi.
+    #[must_use]
+    pub fn yaw_rad(&self) -> f64 {
+        let [x, y, z, w] = self.orientation_xyzw;
+        (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+    }
+
+    /// Angle between the torso's z axis and the world's.
+    #[must_use]
+    pub fn tilt_rad(&self) -> f64 {
+        let [x, y, ..] = self.orientation_xyzw;
+        (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
+    }
+}
+
+/// How far starts differ from each other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Perturbation {
+    /// Heading, either way.
+    pub yaw_rad: f64,
+    /// Dropped from up to this height above standing.
+    pub height_m: f64,
+    /// Each joint's angle, either way.
+    pub joint_rad: f64,
+    /// Ground friction, either way, as a share of itself.
+    pub friction_share: f64,
+}
+
+impl Default for Perturbation {
+    /// # Source
+    /// Ours: enough that 20 trials differ, too little to start a fall.
+    fn default() -> Self {
+        Self { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.05 }
+    }
+}
+
+impl Perturbation {
+    /// Every start alike.
+    pub const NONE: Self = Self { yaw_rad: 0.0, height_m: 0.0, joint_rad: 0.0, friction_share: 0.0 };
+}
+
+/// One start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Start {
+    /// Heading.
+    pub yaw_rad: f64,
+    /// Above standing.
+    pub drop_m: f64,
+    /// Added to each asked joint angle.
+    pub joint_offsets_rad: [f64; 8],
+    /// Added to 1, times the robot's ground friction.
+    pub friction_share: f64,
+}
+
+impl Start {
+    /// The start of that number; the same number gives the same start.
+    #[must_use]
+    pub fn drawn(perturbation: &Perturbation, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut either_way = |range: f64| range * random.random_range(-1.0..=1.0);
+        Self {
+            yaw_rad: either_way(perturbation.yaw_rad),
+            drop_m: either_way(perturbation.height_m).abs(),
+            joint_offsets_rad: core::array::from_fn(|_| either_way(perturbation.joint_rad)),
+            friction_share: either_way(perturbation.friction_share),
+        }
+    }
+}
+
+impl World {
+    /// Length of a physics step.
+    pub const STEP_S: f64 = 1.0 / 240.0;
+
+    /// The robot standing at neutral.
+    #[must_use]
+    pub fn new(robot: &Robot) -> Self {
+        Self::standing(robot.clone(), &[0.0; 8], &Start::default())
+    }
+
+    /// Starts over, standing with these joint angles, changed as `start` says.
+    pub fn reset(&mut self, joint_angles_rad: &[f64; 8], start: &Start) {
+        *self = Self::standing(self.robot.clone(), joint_angles_rad, start);
+    }
+
+    fn standing(robot: Robot, asked_rad: &[f64; 8], start: &Start) -> Self {
+        let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
+        let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
+        let radius_m = robot.geometry.foot_radius_m;
+        let reach_m = robot.scaled_shin_m() - radius_m;
+        // The torso is level, so the deepest foot carries it, or its own belly does.
+        let height_m = angles[4..]
+            .iter()
+            .map(|knee| reach_m * (slope + knee).sin() + radius_m)
+            .fold(robot.geometry.torso_half_height_m, f64::max);
+        let pose = Pose0 {
+            joint_angles_rad: angles,
+            height_m: height_m + start.drop_m,
+            yaw_rad: start.yaw_rad,
+            friction: (robot.ground.friction * (1.0 + start.friction_share)).max(0.0),
+        };
+        let body = Body::new(&robot, &pose);
+        Self {
+            robot,
+            body,
+            servo_setpoints_rad: angles,
+            joint_angles_rad: angles,
+            joint_speeds_rad_s: [0.0; 8],
+        }
+    }
+
+    /// The robot that this world holds.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Advances by [`Self::STEP_S`]. `None` is a servo without pulses: it does
+    /// not pull, and only its gears resist. A setpoint beyond the end stop, or
+    /// one that is no number, is the end stop, or the setpoint before.
+    pub fn step(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
+        let mut torques_n_m = [0.0; 8];
+        for (j, asked) in setpoints_rad.iter().enumerate() {
+            torques_n_m[j] = self.drive(j, *asked);
+        }
+        self.apply(&torques_n_m);
+        self.body.physics.step();
+        let speeds_before_rad_s = self.joint_speeds_rad_s;
+        self.read_joints();
+
+        let mut mechanical_power_w = 0.0;
+        for (j, torque_n_m) in torques_n_m.iter().enumerate() {
+            // Damping is implicit: it acts at the speed after the step. A limp
+            // servo's gears only take.
+            let resisting_n_m = self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
+            let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
+            if setpoints_rad[j].is_some() {
+                mechanical_power_w += ((torque_n_m - resisting_n_m) * speed_rad_s).max(0.0);
+            }
+        }
+        StepOutcome { servo_power_w: mechanical_power_w / self.robot.power.efficiency, mechanical_power_w }
+    }
+
+    /// One servo's law: where its setpoint goes and how hard it pulls.
+    fn drive(&mut self, j: usize, asked_rad: Option<f64>) -> f64 {
+        let servo = &self.robot.servo;
+        let angle_rad = self.joint_angles_rad[j];
+        let stop_rad = servo.end_stop_deg.to_radians();
+        let setpoint = &mut self.servo_setpoints_rad[j];
+        let pull_n_m = match asked_rad {
+            None => {
+                // It starts again from wherever it is.
+                *setpoint = angle_rad;
+                0.0
+            }
+            Some(asked_rad) => {
+                let reach_rad = servo.no_load_speed_rad_s * Self::STEP_S;
+                if asked_rad.is_finite() {
+                    let asked_rad = asked_rad.clamp(-stop_rad, stop_rad);
+                    *setpoint += (asked_rad - *setpoint).clamp(-reach_rad, reach_rad);
+                }
+                let limit_n_m = servo.torque_limit_n_m;
+                (servo.stiffness_n_m_rad * (*setpoint - angle_rad)).clamp(-limit_n_m, limit_n_m)
+            }
+        };
+        pull_n_m - END_STOP_N_M_RAD * (angle_rad - angle_rad.clamp(-stop_rad, stop_rad))
+    }
+
+    /// Torques act on the child and back on the parent, about the joint's axis.
+    fn apply(&mut self, torques_n_m: &[f64; 8]) {
+        let Body { physics, torso, thighs, shins, .. } = &mut self.body;
+        let bodies = &mut physics.bodies;
+        let hip_axis = *bodies[*torso].rotation() * Vector::Z;
+        let mut on_torso = Vector::ZERO;
+        for leg in 0..4 {
+            let hip = hip_axis * real(torques_n_m[leg]);
+            let thigh = &mut bodies[thighs[leg]];
+            let knee = (*thigh.rotation() * Vector::Y) * real(torques_n_m[4 + leg]);
+            thigh.reset_torques(false);
+            thigh.add_torque(hip - knee, false);
+            let shin = &mut bodies[shins[leg]];
+            shin.reset_torques(false);
+            shin.add_torque(knee, false);
+            on_torso -= hip;
+        }
+        let torso = &mut bodies[*torso];
+        torso.reset_torques(false);
+        torso.add_torque(on_torso, false);
+    }
+
+    fn read_joints(&mut self) {
+        let Some(multibody) = self.body.physics.multibody_joints.get_multibody(self.body.multibody) else {
+            return;
+        };
+        let speeds = multibody.generalized_velocity();
+        for (j, link) in multibody.links().skip(1).enumerate() {
+            // The hinge turns about the x axis of its frame: coordinate 3.
+            self.joint_angles_rad[j] = f64::from(link.joint().coords()[3]);
+            self.joint_speeds_rad_s[j] = f64::from(speeds[6 + j]);
+        }
+    }
+
+    /// Where the torso is and how it moves.
+    #[must_use]
+    pub fn torso(&self) -> TorsoState {
+        let torso = &self.body.physics.bodies[self.body.torso];
+        let wide = |v: Vector| v.to_array().map(f64::from);
+        TorsoState {
+            position_m: wide(torso.translation()),
+            orientation_xyzw: torso.rotation().to_array().map(f64::from),
+            velocity_m_s: wide(torso.linvel()),
+            angular_velocity_rad_s: wide(torso.angvel()),
+        }
+    }
+
+    /// From neutral, hips 1 to 4, then knees.
+    #[must_use]
+    pub fn joint_angles_rad(&self) -> [f64; 8] {
+        self.joint_angles_rad
+    }
+
+    /// Hips 1 to 4, then knees.
+    #[must_use]
+    pub fn joint_speeds_rad_s(&self) -> [f64; 8] {
+        self.joint_speeds_rad_s
+    }
+
+    /// Where each servo's own setpoint has got to.
+    #[must_use]
+    pub fn servo_setpoints_rad(&self) -> [f64; 8] {
+        self.servo_setpoints_rad
+    }
+
+    /// Middle of each foot's ball, legs 1 to 4, in the world's frame.
+    #[must_use]
+    pub fn feet_m(&self) -> [[f64; 3]; 4] {
+        let foot = foot_in_shin(&self.robot);
+        self.body
+            .shins
+            .map(|shin| self.body.physics.bodies[shin].position().transform_point(foot).to_array().map(f64::from))
+    }
+
+    /// Knee axes, legs 1 to 4, in the world's frame.
+    #[must_use]
+    pub fn knees_m(&self) -> [[f64; 3]; 4] {
+        self.body.shins.map(|shin| self.body.physics.bodies[shin].translation().to_array().map(f64::from))
+    }
+
+    /// Which feet stand on the ground.
+    #[must_use]
+    pub fn foot_contacts(&self) -> [bool; 4] {
+        let radius_m = self.robot.geometry.foot_radius_m;
+        self.feet_m().map(|[.., z]| z < radius_m + CONTACT_M)
+    }
+
+    /// Whether anything but the feet touches the ground: torso or a knee.
+    #[must_use]
+    pub fn body_touches_ground(&self) -> bool {
+        let torso = self.torso();
+        let belly_m = self.robot.geometry.torso_half_height_m;
+        let half_width_m = self.robot.geometry.hip_offset_m;
+        let lean = torso.tilt_rad().sin();
+        // A corner of a tilted torso is lower by its distance from the middle.
+        let lowest_m = torso.position_m[2] - belly_m - half_width_m * core::f64::consts::SQRT_2 * lean;
+        lowest_m < CONTACT_M || self.knees_m().iter().any(|[.., z]| *z < 0.006 + CONTACT_M)
+    }
+
+    /// Whether the robot lies, or leans so far that it will.
+    #[must_use]
+    pub fn has_fallen(&self) -> bool {
+        self.torso().tilt_rad() > FALLEN_TILT_RAD
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+//! The world stands, falls, repeats itself and obeys its servos.
+
+use super::*;
+
+fn ant() -> Robot {
+    Robot::ant(1.0).expect("1.0 is a leg scale")
+}
+
+fn hold(world: &mut World, setpoints_rad: &[Option<f64>; 8], duration_s: f64) -> f64 {
+    let steps = (duration_s / World::STEP_S).round() as usize;
+    (0..steps).map(|_| world.step(setpoints_rad).servo_power_w * World::STEP_S).sum()
+}
+
+const NEUTRAL: [Option<f64>; 8] = [Some(0.0); 8];
+
+/// A trot-like wave: hips swing, knees lift.
+fn wave(t: f64, hip_sign: f64) -> [Option<f64>; 8] {
+    core::array::from_fn(|j| {
+        let phase = core::f64::consts::TAU * t / 0.9 + core::f64::consts::PI * (j % 2) as f64;
+        Some(if j < 4 { hip_sign * 0.35 * phase.sin() } else { 0.3 * phase.cos() })
+    })
+}
+
+#[test]
+fn it_stands_without_creeping_or_sinking() {
+    let mut world = World::new(&ant());
+    hold(&mut world, &NEUTRAL, 2.0);
+    let settled = world.torso();
+
+    let energy_j = hold(&mut world, &NEUTRAL, 10.0);
+
+    let later = world.torso();
+    for axis in 0..3 {
+        let moved_m = (later.position_m[axis] - settled.position_m[axis]).abs();
+        assert!(moved_m < 0.001, "axis {axis} moved {moved_m} m");
+    }
+    assert!((later.yaw_rad() - settled.yaw_rad()).abs() < 0.005);
+    assert!(energy_j < 0.01, "standing took {energy_j} J of work");
+    assert_eq!(world.foot_contacts(), [true; 4]);
+    assert!(!world.body_touches_ground());
+}
+
+#[test]
+fn the_same_calls_give_the_same_bits() {
+    let start = Start::drawn(&Perturbation::default(), 7);
+    let run = |world: &mut World| {
+        world.reset(&[0.0; 8], &start);
+        let energy_j: f64 = (0..960).map(|i| world.step(&wave(f64::from(i) / 240.0, 1.0)).servo_power_w).sum();
+        (world.torso(), world.joint_angles_rad(), energy_j.to_bits())
+    };
+    let mut fresh = World::new(&ant());
+    let mut used = World::new(&ant());
+    hold(&mut used, &[None; 8], 0.7);
+
+    assert_eq!(run(&mut fresh), run(&mut used));
+}
+
+#[test]
+fn a_setpoint_step_is_followed_no_faster_than_the_servo_turns() {
+    let mut world = World::new(&ant());
+    hold(&mut world, &NEUTRAL, 0.5);
+    let limit_rad_s = world.robot().servo.no_load_speed_rad_s;
+    let mut asked = NEUTRAL;
+    asked[4] = Some(0.7);
+
+    let mut fastest_rad_s = 0.0_f64;
+    for _ in 0..480 {
+        world.step(&asked);
+        fastest_rad_s = fastest_rad_s.max(world.joint_speeds_rad_s()[4]);
+    }
+
+    assert!(fastest_rad_s < 1.1 * limit_rad_s, "{fastest_rad_s} rad/s");
+    // The knee lifts a quarter of the robot and lags, but it does turn.
+    assert!(fastest_rad_s > 0.25 * limit_rad_s, "{fastest_rad_s} rad/s");
+    assert!((world.joint_angles_rad()[4] - 0.7).abs() < 0.1);
+}
+
+#[test]
+fn a_limp_robot_collapses_and_draws_nothing() {
+    let mut world = World::new(&ant());
+
+    let energy_j = hold(&mut world, &[None; 8], 4.0);
+
+    assert!(world.torso().position_m[2] < 0.05, "torso at {} m", world.torso().position_m[2]);
+    assert!(world.body_touches_ground());
+    assert_eq!(energy_j, 0.0);
+}
+
+#[test]
+fn a_setpoint_that_is_no_number_moves_nothing() {
+    let mut world = World::new(&ant());
+    hold(&mut world, &[Some(f64::NAN); 8], 1.0);
+
+    assert!(world.torso().position_m[2] > 0.1);
+    assert!(world.joint_angles_rad().iter().all(|angle| angle.abs() < 0.2));
+}
