@@ -57,11 +57,7 @@ pub fn foot_in_shin(robot: &Robot) -> Vector {
 
 fn cuboid_inertia(mass_kg: f64, x_m: f64, y_m: f64, z_m: f64) -> [f64; 3] {
     let twelfth = mass_kg / 12.0;
-    [
-        twelfth * (y_m * y_m + z_m * z_m),
-        twelfth * (x_m * x_m + z_m * z_m),
-        twelfth * (x_m * x_m + y_m * y_m),
-    ]
+    [twelfth * (y_m * y_m + z_m * z_m), twelfth * (x_m * x_m + z_m * z_m), twelfth * (x_m * x_m + y_m * y_m)]
 }
 
 /// Frame and electronics in the middle, a servo at each hip.
@@ -88,8 +84,7 @@ fn thigh_mass(robot: &Robot) -> MassProperties {
     let tube = cuboid_inertia(mass.thigh_kg, geometry.thigh_m, TUBE_RADIUS_M, TUBE_RADIUS_M);
     let servo = cuboid_inertia(mass.servo_kg, SERVO_SIZE_M, SERVO_SIZE_M / 2.0, SERVO_SIZE_M);
     let from_com = |at_m: f64| (at_m - com_m) * (at_m - com_m);
-    let lever =
-        mass.thigh_kg * from_com(geometry.thigh_m / 2.0) + mass.servo_kg * from_com(geometry.thigh_m);
+    let lever = mass.thigh_kg * from_com(geometry.thigh_m / 2.0) + mass.servo_kg * from_com(geometry.thigh_m);
     let inertia = [tube[0] + servo[0], tube[1] + servo[1] + lever, tube[2] + servo[2] + lever];
     MassProperties::new(Vector::X * real(com_m), real(total_kg), Vector::from_array(inertia.map(real)))
 }
@@ -97,8 +92,7 @@ fn thigh_mass(robot: &Robot) -> MassProperties {
 /// A tube along the shin's slope.
 fn shin_mass(robot: &Robot) -> MassProperties {
     let length_m = robot.scaled_shin_m();
-    let inertia =
-        cuboid_inertia(robot.scaled_shin_kg(), length_m, 2.0 * TUBE_RADIUS_M, 2.0 * TUBE_RADIUS_M);
+    let inertia = cuboid_inertia(robot.scaled_shin_kg(), length_m, 2.0 * TUBE_RADIUS_M, 2.0 * TUBE_RADIUS_M);
     let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
     MassProperties::with_principal_inertia_frame(
         along_shin(robot, length_m / 2.0),
@@ -140,7 +134,9 @@ impl Body {
         let friction = real(start.friction);
         let ground = physics.bodies.insert(RigidBodyBuilder::fixed());
         physics.colliders.insert_with_parent(
-            ColliderBuilder::halfspace(rapier3d::na::Unit::new_unchecked(Vector::Z)).friction(friction).collision_groups(on_ground),
+            ColliderBuilder::halfspace(rapier3d::na::Unit::new_unchecked(Vector::Z))
+                .friction(friction)
+                .collision_groups(on_ground),
             ground,
             &mut physics.bodies,
         );

@@ -4,8 +4,11 @@
 //! task with its reward. Refuses to know of networks and of serial ports: the
 //! learner sees [`crate::env::Env`], the virtual robot sees [`World`].
 
+pub mod ant_env;
 mod body;
 pub mod open_loop;
+pub mod reward;
 mod world;
 
+pub use ant_env::{AntEnv, AntEnvConfig};
 pub use world::{Perturbation, Start, StepOutcome, TorsoState, World};

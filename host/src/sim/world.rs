@@ -292,9 +292,9 @@ impl World {
     #[must_use]
     pub fn feet_m(&self) -> [[f64; 3]; 4] {
         let foot = foot_in_shin(&self.robot);
-        self.body
-            .shins
-            .map(|shin| self.body.physics.bodies[shin].position().transform_point(foot).to_array().map(f64::from))
+        self.body.shins.map(|shin| {
+            self.body.physics.bodies[shin].position().transform_point(foot).to_array().map(f64::from)
+        })
     }
 
     /// Knee axes, legs 1 to 4, in the world's frame.
