@@ -314,6 +314,49 @@ pub enum GaitError {
     JointLimits(u8),
 }
 
+/// What stands before the joints in an encoded table, in the same order.
+#[derive(Deserialize)]
+struct Header {
+    name: Name,
+    period_us: u32,
+    unit: Angle,
+}
+
+impl Header {
+    fn validate(&self) -> Result<(), GaitError> {
+        if !self.name.is_valid() {
+            return Err(GaitError::Name);
+        }
+        if self.period_us < MIN_PERIOD_US || self.period_us > MAX_PERIOD_US {
+            return Err(GaitError::Period);
+        }
+        Ok(())
+    }
+}
+
+/// The postcard bytes of an encoded table whose length and CRC are right.
+fn checked_body(bytes: &[u8]) -> Result<&[u8], GaitError> {
+    if bytes.len() > MAX_ENCODED_LEN {
+        return Err(GaitError::Length);
+    }
+    let (body, crc) = bytes.split_last_chunk::<4>().ok_or(GaitError::Length)?;
+    if crc32(body) != u32::from_le_bytes(*crc) {
+        return Err(GaitError::Crc);
+    }
+    Ok(body)
+}
+
+/// Reads a body part by part: postcard concatenates fields and array items.
+fn read_parts(body: &[u8], mut visit: impl FnMut(usize, &JointCurve)) -> Result<Header, GaitError> {
+    let (header, mut rest) = postcard::take_from_bytes::<Header>(body).map_err(|_| GaitError::Length)?;
+    for index in 0..JOINT_COUNT {
+        let (joint, after) = postcard::take_from_bytes::<JointCurve>(rest).map_err(|_| GaitError::Length)?;
+        visit(index, &joint);
+        rest = after;
+    }
+    if rest.is_empty() { Ok(header) } else { Err(GaitError::Length) }
+}
+
 impl GaitTable {
     /// Degrees a joint moves per unit of action at amplitude 1.0.
     #[must_use]
@@ -326,12 +369,7 @@ impl GaitTable {
     /// # Errors
     /// The first field that is out of its range.
     pub fn validate(&self) -> Result<(), GaitError> {
-        if !self.name.is_valid() {
-            return Err(GaitError::Name);
-        }
-        if self.period_us < MIN_PERIOD_US || self.period_us > MAX_PERIOD_US {
-            return Err(GaitError::Period);
-        }
+        Header { name: self.name, period_us: self.period_us, unit: self.unit }.validate()?;
         match self.joints.iter().position(|joint| !joint.is_valid()) {
             Some(index) => Err(GaitError::JointLimits(index as u8)),
             None => Ok(()),
@@ -356,21 +394,35 @@ impl GaitTable {
     /// # Errors
     /// What is wrong with the bytes.
     pub fn decode(bytes: &[u8]) -> Result<Self, GaitError> {
-        if bytes.len() > MAX_ENCODED_LEN {
-            return Err(GaitError::Length);
-        }
-        let Some((body, crc)) = bytes.split_last_chunk::<4>() else {
-            return Err(GaitError::Length);
-        };
-        if crc32(body) != u32::from_le_bytes(*crc) {
-            return Err(GaitError::Crc);
-        }
-        let (table, rest) = postcard::take_from_bytes::<Self>(body).map_err(|_| GaitError::Length)?;
-        if !rest.is_empty() {
-            return Err(GaitError::Length);
-        }
-        table.validate()?;
+        let mut table = Self::default();
+        table.decode_into(bytes)?;
         Ok(table)
+    }
+
+    /// [`Self::decode`] in place: replaces the table, or leaves it as it was.
+    ///
+    /// Holds one joint at a time, where a whole table on its way through the
+    /// stack would take a quarter of the robot's memory.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes.
+    pub fn decode_into(&mut self, bytes: &[u8]) -> Result<(), GaitError> {
+        let body = checked_body(bytes)?;
+        // Everything is judged before the first field is replaced.
+        let mut first_bad_joint = None;
+        let header = read_parts(body, |index, joint| {
+            if first_bad_joint.is_none() && !joint.is_valid() {
+                first_bad_joint = Some(index as u8);
+            }
+        })?;
+        header.validate()?;
+        if let Some(index) = first_bad_joint {
+            return Err(GaitError::JointLimits(index));
+        }
+        let joints = &mut self.joints;
+        read_parts(body, |index, joint| joints[index] = *joint)?;
+        Header { name: self.name, period_us: self.period_us, unit: self.unit } = header;
+        Ok(())
     }
 
     /// Asked angle of `joint` at `phase` (1/65536 of a stride), before limits.
