@@ -358,6 +358,25 @@ fn read_parts(body: &[u8], mut visit: impl FnMut(usize, &JointCurve)) -> Result<
 }
 
 impl GaitTable {
+    /// The table of zeros, the same as the default, for constants.
+    pub const EMPTY: Self = Self {
+        name: Name([0; Name::CAPACITY]),
+        period_us: 0,
+        unit: Angle::NEUTRAL,
+        joints: [JointCurve {
+            centre: Angle::NEUTRAL,
+            min: Angle::NEUTRAL,
+            max: Angle::NEUTRAL,
+            coefficients: [Coefficient(0); COEFFICIENT_COUNT],
+        }; JOINT_COUNT],
+    };
+
+    /// The CRC-32 at the end of an encoded table: its identity.
+    #[must_use]
+    pub fn crc32_of(bytes: &[u8]) -> u32 {
+        bytes.last_chunk().copied().map_or(0, u32::from_le_bytes)
+    }
+
     /// Degrees a joint moves per unit of action at amplitude 1.0.
     #[must_use]
     pub fn unit_deg(&self) -> f64 {

@@ -1,0 +1,385 @@
+//! The control loop: one [`App::poll`] after another, 60 frames a second.
+//!
+//! Owns the state of the robot and the order of things within a frame: the
+//! timer starts the servo burst, then telemetry goes out, the next burst is
+//! computed and handed over, and once the bus is free the sensor is read.
+//! Bytes from the host and bytes for the persistent memory fill the gaps.
+//! Refuses to wait: every call returns within a few milliseconds. A chip that
+//! is lost while servos are on stops the robot, and it stays stopped until it
+//! is told otherwise.
+//!
+//! A burst computed in one frame goes out at the start of the next, so what
+//! the robot does ([`App::live`]) is always one frame behind the player.
+
+use heapless::Deque;
+use protocol::command::{ActiveGait, Storage};
+use protocol::{Event, Fault, GaitTable, Message, ResetCause, State, Telemetry};
+
+use crate::commands::reply_of;
+use crate::hal::{Board, BurstState, Bus, FrameClock, Watchdog};
+use crate::limits::{
+    BUS_SLOT_US, CHECK_EVERY_FRAMES, Calibration, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES,
+};
+use crate::link::{self, Heard, Link};
+use crate::player::{Frame, Mode, Player};
+use crate::power::{self, Sample, Trial};
+use crate::servos;
+use crate::store::{Saved, Store};
+use crate::upload::Upload;
+
+/// What the board knows about its last reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Boot {
+    /// Why it started.
+    pub cause: ResetCause,
+    /// Whether servos were on when it happened.
+    pub servos_were_on: bool,
+}
+
+/// Where this frame stands with the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum BusWork {
+    /// The burst has not been seen to end.
+    Burst,
+    /// The sensor is to be read.
+    Sample,
+    /// The chips' configuration is to be looked at.
+    Check,
+    /// Nothing more in this frame.
+    Rest,
+}
+
+/// The robot.
+#[derive(Debug)]
+pub struct App {
+    pub(crate) player: Player,
+    pub(crate) calibration: Calibration,
+    pub(crate) gait: GaitTable,
+    pub(crate) active: Option<ActiveGait>,
+    pub(crate) storage: Storage,
+    pub(crate) store: Store,
+    pub(crate) upload: Upload,
+    pub(crate) link: Link,
+    pub(crate) fault: Option<Fault>,
+    pub(crate) trial: Trial,
+    pub(crate) sample: Sample,
+    telemetry_every: u8,
+    pub(crate) reset_cause: ResetCause,
+    booting: bool,
+    events: Deque<Event, 4>,
+    uptime_frames: u32,
+    telemetry_in: u8,
+    staged: Frame,
+    live: Frame,
+    /// Whether the sample of the live frame has been counted.
+    counted: bool,
+    bus_work: BusWork,
+    check_in: u8,
+    servo_misses: u8,
+    sensor_misses: u8,
+}
+
+impl Default for App {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl App {
+    /// A robot that has not started: call [`Self::boot`].
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            player: Player::new(),
+            calibration: Calibration::DEFAULT,
+            gait: GaitTable::EMPTY,
+            active: None,
+            storage: Storage::RamOnly,
+            store: Store::new(),
+            upload: Upload::new(),
+            link: Link::new(),
+            fault: None,
+            trial: Trial::NONE,
+            sample: Sample::NONE,
+            telemetry_every: 0,
+            reset_cause: ResetCause::Unknown,
+            booting: true,
+            events: Deque::new(),
+            uptime_frames: 0,
+            telemetry_in: 0,
+            staged: Frame::LIMP,
+            live: Frame::LIMP,
+            counted: true,
+            bus_work: BusWork::Burst,
+            check_in: CHECK_EVERY_FRAMES,
+            servo_misses: 0,
+            sensor_misses: 0,
+        }
+    }
+
+    /// Servos off, chips configured, stored gait loaded.
+    ///
+    /// A chip that does not answer is no fault yet: nothing moves, and
+    /// [`protocol::Command::Walk`] looks again.
+    pub fn boot(&mut self, board: &mut impl Board, boot: Boot) {
+        self.reset_cause = boot.cause;
+        self.switch_off(board);
+        let _ = self.configure_chips(board);
+        self.load_gait(board);
+        self.booting = false;
+        self.tell(Event::Started(boot.cause));
+        if boot.cause == ResetCause::Watchdog && boot.servos_were_on {
+            self.latch(board, Fault::Watchdog);
+        }
+    }
+
+    /// One turn of the main loop.
+    pub fn poll(&mut self, board: &mut impl Board) {
+        let frames = board.clock().take_frames();
+        if frames > 0 {
+            self.start_frame(board, frames);
+        }
+        self.use_bus(board);
+        self.listen(board);
+        self.save(board);
+        self.report(board);
+        board.watchdog().feed(self.servos_on());
+    }
+
+    /// What the robot is doing.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        if self.booting {
+            return State::Booting;
+        }
+        if let Some(fault) = self.fault {
+            return State::Fault(fault);
+        }
+        match self.player.mode() {
+            Mode::Limp => State::Idle,
+            Mode::Entering => State::Entering,
+            Mode::Walking => State::Walking,
+            Mode::Holding(_) => State::Holding,
+        }
+    }
+
+    fn start_frame(&mut self, board: &mut impl Board, frames: u8) {
+        if !self.counted {
+            self.count(true);
+        }
+        self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
+        self.live = self.staged;
+        self.counted = false;
+        self.bus_work = BusWork::Burst;
+        self.stream(board);
+        self.staged = self.player.step(&self.gait);
+        self.stage(board);
+    }
+
+    /// Hands over the burst of the coming frame.
+    fn stage(&mut self, board: &mut impl Board) {
+        let burst = if self.staged.servos_on {
+            servos::burst_of(self.player.pose(), &self.calibration)
+        } else {
+            servos::limp_burst()
+        };
+        board.bus().stage(&burst);
+    }
+
+    pub(crate) const fn stream_every(&mut self, frames: u8) {
+        self.telemetry_every = frames;
+        self.telemetry_in = 0;
+    }
+
+    fn stream(&mut self, board: &mut impl Board) {
+        if self.telemetry_every == 0 {
+            return;
+        }
+        self.telemetry_in = self.telemetry_in.saturating_sub(1);
+        if self.telemetry_in > 0 {
+            return;
+        }
+        self.telemetry_in = self.telemetry_every;
+        let telemetry = Telemetry {
+            uptime_frames: self.uptime_frames,
+            state: self.state(),
+            trial_frames: self.trial.frames,
+            trial_energy_uj: self.trial.energy_uj,
+            clipped_frames: self.trial.clipped_frames,
+            phase: self.live.phase,
+            bus_mv: self.sample.bus_mv(),
+            current_ua: self.sample.current_ua(),
+            missed_samples: self.trial.missed_samples,
+        };
+        link::send(board.serial(), &Message::Telemetry(telemetry));
+    }
+
+    /// Closes the live frame: its energy counts, with this sample or the last.
+    fn count(&mut self, missed: bool) {
+        self.counted = true;
+        if missed {
+            self.sensor_misses = self.sensor_misses.saturating_add(1);
+        } else {
+            self.sensor_misses = 0;
+        }
+        if self.live.gait {
+            self.trial.add(self.sample, self.live.clipped, missed);
+        }
+        if self.live.last {
+            self.tell(Event::WalkFinished);
+        }
+    }
+
+    fn use_bus(&mut self, board: &mut impl Board) {
+        if self.bus_work == BusWork::Burst {
+            match board.bus().burst() {
+                BurstState::Running => return,
+                BurstState::Done => {
+                    self.servo_misses = 0;
+                    self.bus_work = BusWork::Sample;
+                }
+                BurstState::Failed => {
+                    // The frame's other transfers would meet the same bus.
+                    board.bus().recover();
+                    self.servo_misses = self.servo_misses.saturating_add(1);
+                    self.bus_work = BusWork::Rest;
+                    if self.servos_on() && self.servo_misses >= SERVO_DRIVER_LOST_FRAMES {
+                        self.latch(board, Fault::ServoDriverLost);
+                    }
+                    return;
+                }
+            }
+        }
+        if self.bus_work == BusWork::Rest || board.clock().left_us() < BUS_SLOT_US {
+            return;
+        }
+        if self.bus_work == BusWork::Sample {
+            self.take_sample(board);
+            self.check_in = self.check_in.saturating_sub(1);
+            self.bus_work = if self.check_in == 0 { BusWork::Check } else { BusWork::Rest };
+        } else {
+            self.check_in = CHECK_EVERY_FRAMES;
+            self.bus_work = BusWork::Rest;
+            self.check_chips(board);
+        }
+    }
+
+    fn take_sample(&mut self, board: &mut impl Board) {
+        match power::sample(board.bus()) {
+            Ok(sample) => {
+                self.sample = sample;
+                self.count(false);
+            }
+            Err(power::Missed::NoAnswer) => {
+                board.bus().recover();
+                self.count(true);
+            }
+            Err(power::Missed::NotReady | power::Missed::Saturated) => self.count(true),
+        }
+        if self.servos_on() && self.sensor_misses >= SENSOR_LOST_FRAMES {
+            self.latch(board, Fault::SensorLost);
+        }
+    }
+
+    /// Looks whether a brown-out took a chip's configuration behind our back.
+    fn check_chips(&mut self, board: &mut impl Board) {
+        if !self.servos_on() {
+            return;
+        }
+        // A transfer that failed is for the next frame's burst or sample to judge.
+        if servos::check(board.bus()) == Err(servos::ServoFault::WrongConfiguration) {
+            self.latch(board, Fault::ServoDriverLost);
+        } else if power::check(board.bus()) == Err(power::SensorFault::WrongConfiguration) {
+            self.latch(board, Fault::SensorLost);
+        }
+    }
+
+    /// Makes sure that both chips are there and configured.
+    ///
+    /// # Errors
+    /// Which one is not.
+    pub(crate) fn configure_chips(&mut self, board: &mut impl Board) -> Result<(), Fault> {
+        let (bus, clock) = board.bus_and_clock();
+        if servos::check(bus).is_err() {
+            bus.recover();
+            servos::configure(bus, clock).map_err(|_| Fault::ServoDriverLost)?;
+        }
+        if power::check(bus).is_err() {
+            power::configure(bus).map_err(|_| Fault::SensorLost)?;
+        }
+        self.servo_misses = 0;
+        self.sensor_misses = 0;
+        Ok(())
+    }
+
+    /// Stops by itself: servos off at once, and latched.
+    fn latch(&mut self, board: &mut impl Board, fault: Fault) {
+        self.fault = Some(fault);
+        self.player.go_limp();
+        self.staged = Frame::LIMP;
+        self.stage(board);
+        self.switch_off(board);
+        self.tell(Event::Fault(fault));
+    }
+
+    fn switch_off(&mut self, board: &mut impl Board) {
+        // A chip that misses this gets the same in every frame's burst.
+        if servos::switch_off(board.bus()).is_err() {
+            board.bus().recover();
+            let _ = servos::switch_off(board.bus());
+        }
+    }
+
+    const fn servos_on(&self) -> bool {
+        self.live.servos_on || self.staged.servos_on
+    }
+
+    fn load_gait(&mut self, board: &mut impl Board) {
+        let gait = &mut self.gait;
+        let buffer = self.upload.buffer_mut();
+        let stored = self.store.load(board.memory(), buffer, |table| gait.decode_into(table).is_ok());
+        if let Some(stored) = stored {
+            self.active = Some(ActiveGait {
+                name: self.gait.name,
+                crc32: GaitTable::crc32_of(&self.upload.buffer()[..stored.len]),
+                amplitude: stored.amplitude,
+            });
+            self.storage = Storage::Saved;
+        }
+    }
+
+    fn save(&mut self, board: &mut impl Board) {
+        match self.store.step(board.memory(), self.upload.buffer()) {
+            Some(Saved::Verified) => self.storage = Storage::Saved,
+            Some(Saved::Failed) => self.storage = Storage::Failed,
+            None => {}
+        }
+    }
+
+    fn listen(&mut self, board: &mut impl Board) {
+        // One request a turn: the bus and the next frame are looked at between them.
+        let Some(heard) = self.link.listen(board.serial()) else { return };
+        let (seq, reply) = match heard {
+            Heard::Command(seq, command) => (seq, self.obey(board, seq, command)),
+            Heard::Repeat(seq, outcome) => (seq, reply_of(outcome)),
+            Heard::Unknown(seq) => (seq, protocol::Reply::Refused(protocol::Refusal::Unknown)),
+        };
+        link::answer(board.serial(), seq, reply);
+    }
+
+    fn tell(&mut self, event: Event) {
+        // Four at once never happen within a message's time; the newest counts.
+        if self.events.is_full() {
+            self.events.pop_front();
+        }
+        let _ = self.events.push_back(event);
+    }
+
+    fn report(&mut self, board: &mut impl Board) {
+        if let Some(&event) = self.events.front()
+            && link::send(board.serial(), &Message::Event(event))
+        {
+            self.events.pop_front();
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The Arduino Nano: wiring, start-up order, and the loop around [`App::poll`].
+//!
+//! | pin | goes to |
+//! |---|---|
+//! | A4 (PC4) | SDA of PCA9685 (0x40) and INA219 (0x41) |
+//! | A5 (PC5) | SCL of both |
+//! | D0, D1 | USB serial, 115,200 baud |
+//!
+//! Owns every register and interrupt of the chip, one module each. Refuses to
+//! hold logic: what can be wrong without hardware is in the library.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
+#![deny(unsafe_op_in_unsafe_fn)]
+
+mod eeprom;
+mod reset;
+mod stack;
+mod timer;
+mod twi;
+mod usart;
+
+use avr_device::interrupt;
+use core::cell::UnsafeCell;
+use firmware::hal::Board;
+use firmware::{App, servos};
+
+/// All of the board, in the library's terms.
+struct Nano {
+    bus: twi::Twi,
+    clock: timer::Timer,
+    serial: usart::Usart,
+    memory: eeprom::Eeprom,
+    watchdog: reset::Watchdog,
+}
+
+impl Board for Nano {
+    type Bus = twi::Twi;
+    type Clock = timer::Timer;
+    type Serial = usart::Usart;
+    type Memory = eeprom::Eeprom;
+    type Watchdog = reset::Watchdog;
+
+    fn bus(&mut self) -> &mut twi::Twi {
+        &mut self.bus
+    }
+
+    fn clock(&mut self) -> &mut timer::Timer {
+        &mut self.clock
+    }
+
+    fn bus_and_clock(&mut self) -> (&mut twi::Twi, &mut timer::Timer) {
+        (&mut self.bus, &mut self.clock)
+    }
+
+    fn serial(&mut self) -> &mut usart::Usart {
+        &mut self.serial
+    }
+
+    fn memory(&mut self) -> &mut eeprom::Eeprom {
+        &mut self.memory
+    }
+
+    fn watchdog(&mut self) -> &mut reset::Watchdog {
+        &mut self.watchdog
+    }
+}
+
+/// In static memory, so that the size report sees it.
+struct MainOnly(UnsafeCell<App>);
+
+// SAFETY: the main program alone refers to it, no interrupt does.
+unsafe impl Sync for MainOnly {}
+
+static APP: MainOnly = MainOnly(UnsafeCell::new(App::new()));
+
+#[avr_device::entry]
+fn main() -> ! {
+    // SAFETY: the start-up code calls this function once, and nothing else
+    // refers to the static.
+    let app = unsafe { &mut *APP.0.get() };
+
+    // A watchdog that caused this reset is still on, at its shortest period.
+    let boot = reset::take_cause();
+    // The servos come first: the PCA9685 pulses on through a reset of the Nano.
+    // Timer and bus come before them only because nothing waits without a bound.
+    let clock = timer::Timer::start();
+    let mut bus = twi::Twi::start();
+    if servos::switch_off(&mut bus).is_err() {
+        firmware::hal::Bus::recover(&mut bus);
+        let _ = servos::switch_off(&mut bus);
+    }
+    stack::paint();
+    let mut board = Nano {
+        bus,
+        clock,
+        serial: usart::Usart::start(),
+        memory: eeprom::Eeprom::start(),
+        watchdog: reset::Watchdog::start(),
+    };
+    // SAFETY: no critical section is open, and every interrupt's state has its
+    // start value.
+    unsafe { interrupt::enable() };
+    app.boot(&mut board, boot);
+    loop {
+        app.poll(&mut board);
+    }
+}
+
+/// Nothing here panics; should it, the watchdog resets, and start-up takes the
+/// pulses away.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    loop {}
+}

@@ -1,0 +1,35 @@
+//! Paints the free memory, so that the deepest stack can be measured.
+//!
+//! A stack that runs into data is silent on an AVR. Whoever looks at the
+//! memory between `_end` and the stack finds [`STACK_PAINT`] in every byte that
+//! was never used.
+
+use core::arch::asm;
+
+/// What an unused byte holds.
+#[used]
+#[unsafe(no_mangle)]
+pub static STACK_PAINT: u8 = PAINT;
+const PAINT: u8 = 0xC5;
+
+unsafe extern "C" {
+    /// First byte after all static data; the linker's.
+    static mut _end: u8;
+}
+
+/// Paints from the end of the static data to a little below the stack pointer.
+#[inline(always)]
+pub fn paint() {
+    let stack: u16;
+    // SAFETY: reads the stack pointer; interrupts are off at start-up.
+    unsafe { asm!("in {0:l}, 0x3D", "in {0:h}, 0x3E", out(reg_iw) stack, options(nomem, nostack)) };
+    let mut at = &raw mut _end;
+    // Calls made while painting stay within the margin.
+    while (at as u16) < stack.wrapping_sub(32) {
+        // SAFETY: free memory: above the last static, below the stack pointer.
+        unsafe {
+            at.write_volatile(PAINT);
+            at = at.add(1);
+        }
+    }
+}

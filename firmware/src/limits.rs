@@ -1,0 +1,85 @@
+//! Board data: joint calibration, angles to pulses, and every bound the robot keeps.
+//!
+//! Owns the numbers; the code around it holds none. Gait limits travel with the
+//! gait; what stands here is the servo's own reach and the pace of the program.
+
+use protocol::{Amplitude, Angle, JOINT_COUNT, Joint};
+
+/// Joint speed while moving to a first pose: 1 degree a frame, 60 degrees a second.
+pub const ENTRY_STEP_UNITS: i16 = Angle::UNITS_PER_DEG;
+/// Amplitude change per frame: at most half a degree on a deviation of 64 degrees.
+pub const AMPLITUDE_STEP_UNITS: u16 = Amplitude::UNITS_PER_ONE / 128;
+/// Frames that a stopped robot stands before its servos go limp: 1 s.
+pub const HOLD_FRAMES: u8 = 60;
+/// Bursts in a row that may fail before the servo driver counts as lost: 50 ms.
+pub const SERVO_DRIVER_LOST_FRAMES: u8 = 3;
+/// Samples in a row that may be missed before the sensor counts as lost: 0.1 s.
+pub const SENSOR_LOST_FRAMES: u8 = 6;
+/// Frames between two looks at the chips' configuration: 0.27 s.
+pub const CHECK_EVERY_FRAMES: u8 = 16;
+/// What a bus transfer in the main loop needs to end before the next frame:
+/// three register reads take 0.4 ms, and the next burst wants a quiet bus.
+pub const BUS_SLOT_US: u16 = 1_000;
+
+/// How one servo is mounted and wired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct JointCalibration {
+    /// PCA9685 output, 0 to 7.
+    pub channel: u8,
+    /// Whether the servo turns against its joint.
+    pub reversed: bool,
+    /// Pulse length at the joint's neutral, in PWM counts.
+    pub neutral_counts: u16,
+    /// PWM counts per 1/256 degree, in 2^-23.
+    ///
+    /// 23 bits so that no angle within +-90 degrees is rounded to the wrong
+    /// count: the error of the factor is below 1/1000 count there, and a count
+    /// is never nearer than 1/768 to a rounding boundary without lying on it.
+    pub scale_q23: u16,
+}
+
+/// The servos of one robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Calibration {
+    /// In [`Joint::ALL`] order.
+    pub joints: [JointCalibration; JOINT_COUNT],
+    /// Shortest pulse that any servo is sent.
+    pub min_counts: u16,
+    /// Longest pulse that any servo is sent.
+    pub max_counts: u16,
+}
+
+/// 5/3 counts a degree, as the authors' servos: round(5 / 3 / 256 * 2^23).
+const FIVE_THIRDS_COUNT_PER_DEG: u16 = (5 * (1_u32 << 24) / (3 * 256)).div_ceil(2) as u16;
+
+impl Calibration {
+    /// The authors' robot: joint n on channel n, 330 counts at neutral, 5/3
+    /// counts a degree, and pulses held within 0.6 to 2.1 ms.
+    pub const DEFAULT: Self = {
+        let mut joints = [JointCalibration {
+            channel: 0,
+            reversed: false,
+            neutral_counts: 330,
+            scale_q23: FIVE_THIRDS_COUNT_PER_DEG,
+        }; JOINT_COUNT];
+        let mut index = 0;
+        while index < JOINT_COUNT {
+            joints[index].channel = index as u8;
+            index += 1;
+        }
+        // 147 and 515 counts of 4.08 us.
+        Self { joints, min_counts: 147, max_counts: 515 }
+    };
+
+    /// Pulse of `joint` at `angle`, in PWM counts, to the nearest.
+    #[must_use]
+    pub fn counts(&self, joint: Joint, angle: Angle) -> u16 {
+        let joint = &self.joints[joint.index()];
+        // 32767 * 65535 is below 2^31.
+        let product = i32::from(angle.units()) * i32::from(joint.scale_q23);
+        let offset = (((product >> 6) + (1 << 16)) >> 17) as i16;
+        let offset = if joint.reversed { -offset } else { offset };
+        // Not `clamp`: it panics where a calibration has its bounds reversed.
+        joint.neutral_counts.saturating_add_signed(offset).min(self.max_counts).max(self.min_counts)
+    }
+}
