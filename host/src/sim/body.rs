@@ -199,7 +199,11 @@ impl Body {
 
     /// Sets joint angles and the damping of servos, and settles all poses.
     fn pose(&mut self, robot: &Robot, start: &Pose0) {
-        let PhysicsWorld { multibody_joints, bodies, .. } = &mut self.physics;
+        let PhysicsWorld { multibody_joints, bodies, colliders, .. } = &mut self.physics;
+        // Else the centres of mass are known from the second step on only.
+        for link in [self.torso].iter().chain(&self.thighs).chain(&self.shins) {
+            bodies[*link].recompute_mass_properties_from_colliders(colliders);
+        }
         let Some(multibody) = multibody_joints.get_multibody_mut(self.multibody) else { return };
         multibody.set_self_contacts_enabled(false);
         // Rapier damps every rotation by 0.1, that of the whole robot included.

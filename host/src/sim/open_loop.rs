@@ -118,3 +118,6 @@ fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 
         fell,
     }
 }
+
+#[cfg(test)]
+mod tests;

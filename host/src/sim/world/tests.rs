@@ -96,3 +96,88 @@ fn a_setpoint_that_is_no_number_moves_nothing() {
     assert!(world.torso().position_m[2] > 0.1);
     assert!(world.joint_angles_rad().iter().all(|angle| angle.abs() < 0.2));
 }
+
+#[test]
+fn a_servo_pulls_no_harder_than_its_limit() {
+    let mut robot = ant();
+    robot.servo.torque_limit_n_m = 0.05;
+    let mut world = World::new(&robot);
+
+    hold(&mut world, &NEUTRAL, 4.0);
+
+    assert!(world.torso().position_m[2] < 0.12, "it still stands at {} m", world.torso().position_m[2]);
+}
+
+#[test]
+fn a_servo_stops_at_its_end_stop() {
+    let mut robot = ant();
+    robot.servo.end_stop_deg = 60.0;
+    let mut world = World::new(&robot);
+    let mut asked = NEUTRAL;
+    asked[0] = Some(3.0);
+
+    hold(&mut world, &asked, 4.0);
+
+    let reached_deg = world.joint_angles_rad()[0].to_degrees();
+    assert!((50.0..61.0).contains(&reached_deg), "{reached_deg} degrees");
+}
+
+#[test]
+fn electrical_power_covers_the_mechanical_work() {
+    let mut robot = ant();
+    robot.power.efficiency = 0.5;
+    let mut world = World::new(&robot);
+
+    let outcomes: Vec<_> = (0..960).map(|i| world.step(&wave(f64::from(i) / 240.0, 1.0))).collect();
+
+    assert!(outcomes.iter().any(|o| o.mechanical_power_w > 0.1));
+    for outcome in outcomes {
+        assert!((outcome.servo_power_w - 2.0 * outcome.mechanical_power_w).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_positive_hip_turns_counter_clockwise_and_a_positive_knee_folds_inward() {
+    let mut world = World::new(&ant());
+    let distance_m = |world: &World| {
+        let torso = world.torso().position_m;
+        let foot = world.feet_m()[0];
+        (foot[0] - torso[0]).hypot(foot[1] - torso[1])
+    };
+    let (neutral_azimuth, neutral_m) = (azimuth_rad(&world), distance_m(&world));
+
+    world.reset(&[0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], &Start::default());
+    assert!(azimuth_rad(&world) > neutral_azimuth + 0.1);
+
+    world.reset(&[0.0, 0.0, 0.0, 0.0, 0.3, 0.3, 0.3, 0.3], &Start::default());
+    assert!(distance_m(&world) < neutral_m - 0.02);
+}
+
+/// Of the first leg's foot, from the torso's middle.
+fn azimuth_rad(world: &World) -> f64 {
+    let foot = world.feet_m()[0];
+    foot[1].atan2(foot[0])
+}
+
+#[test]
+fn neutral_stands_as_high_as_the_shins_slope_says() {
+    for leg_scale in [1.0, 0.6] {
+        let robot = Robot::ant(leg_scale).expect("a leg scale");
+        let world = World::new(&robot);
+
+        let expected_m = 0.01 + (0.23 * leg_scale - 0.01) * 43.0_f64.to_radians().sin();
+
+        assert!((world.torso().position_m[2] - expected_m).abs() < 1e-6);
+        assert_eq!(world.foot_contacts(), [true; 4]);
+    }
+}
+
+#[test]
+fn the_engine_weighs_what_the_description_says() {
+    let robot = ant();
+    let world = World::new(&robot);
+
+    let total_kg: f64 = world.body.physics.bodies.iter().map(|(_, body)| f64::from(body.mass())).sum();
+
+    assert!((total_kg - robot.mass_kg()).abs() < 1e-5, "{total_kg} kg");
+}
