@@ -9,9 +9,11 @@
 #![deny(unsafe_code)]
 
 pub mod cli;
+pub mod energy;
 #[cfg(feature = "sim")]
 pub mod env;
 pub mod robot;
+pub mod gait_file;
 pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;

@@ -1,0 +1,524 @@
+//! The gait as people keep it: a readable file with its history, in degrees.
+//!
+//! Owns the TOML format, its checks, the f64 reference angle, and the way to
+//! the table that the robot plays. [`mod@limits`] says how far a gait may be
+//! amplified. Refuses to fit and to talk to robots; trusts no file: whatever
+//! [`GaitFile::load`] returns can be quantised.
+//!
+//! `angle = centre_deg + amplitude * deviation(phase)`, the deviation being a
+//! Chebyshev series in `x = 2 phase - 1`, in degrees at amplitude 1.0.
+
+pub mod limits;
+
+use crate::run_folder::{self, FileError};
+use protocol::gait::{
+    COEFFICIENT_COUNT, COEFFICIENT_UNITS_PER_DEG, GaitError, MAX_DEVIATION_DEG, MAX_ENCODED_LEN, MAX_LIMIT_DEG,
+    MAX_PERIOD_US, MIN_PERIOD_US,
+};
+use protocol::{Angle, GaitTable, JOINT_COUNT, Joint, JointCurve, Name};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Version of the file format that this program writes, and the only one it reads.
+pub const FILE_VERSION: u32 = 1;
+
+/// A gait with its history; angles in degrees, phases in strides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaitFile {
+    /// What the robot will call it: 1 to 16 printable ASCII characters.
+    pub name: String,
+    /// Duration of one stride.
+    pub period_s: f64,
+    /// Degrees a joint moves per unit of action at amplitude 1.0.
+    pub unit_deg: f64,
+    /// Where it came from.
+    pub provenance: Provenance,
+    /// In [`Joint::ALL`] order.
+    pub joints: [JointSeries; JOINT_COUNT],
+}
+
+/// One joint's curve.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JointSeries {
+    /// Angle that the amplitude scales about.
+    pub centre_deg: f64,
+    /// Lowest angle the joint may be sent to.
+    pub min_deg: f64,
+    /// Highest angle the joint may be sent to.
+    pub max_deg: f64,
+    /// Chebyshev coefficients of the deviation at amplitude 1.0, order 0 first.
+    pub coefficients_deg: [f64; COEFFICIENT_COUNT],
+    /// Root mean square of what the fit left over, at amplitude 1.0.
+    pub residual_rms_deg: Option<f64>,
+    /// Share of the trajectory's variance that the fit explains.
+    pub r2: Option<f64>,
+}
+
+/// How a gait came to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    /// Fitted to the trajectory of a policy that was trained here.
+    Trained,
+    /// Fitted to somebody's trajectory.
+    Fitted,
+    /// Read back from the bytes of a table: the history is lost.
+    Table,
+}
+
+impl Source {
+    /// As in files: `trained`, `fitted`, `table`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Trained => "trained",
+            Self::Fitted => "fitted",
+            Self::Table => "table",
+        }
+    }
+}
+
+/// A gait's history, as far as it is known.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// How it came to be.
+    pub source: Source,
+    /// The trajectory that was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// SHA-256 of that file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file_sha256: Option<String>,
+    /// The data rows that were fitted, `first..end`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<String>,
+    /// How the ends of the stride were joined: `free` or `continuous`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seam: Option<String>,
+    /// How much slower than the trajectory it plays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_stretch: Option<f64>,
+    /// The run folder the trajectory lay in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
+    /// The seed of that run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Leg length of the robot it is meant for; 1.0 is 23 cm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leg_scale: Option<f64>,
+    /// The command that wrote it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+}
+
+impl Provenance {
+    /// A history of which only the source is known.
+    #[must_use]
+    pub const fn of(source: Source) -> Self {
+        Self {
+            source,
+            file: None,
+            file_sha256: None,
+            rows: None,
+            seam: None,
+            time_stretch: None,
+            run: None,
+            seed: None,
+            leg_scale: None,
+            command: None,
+        }
+    }
+}
+
+/// Why a gait was refused.
+#[derive(Debug, Error)]
+pub enum GaitFileError {
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The text is no gait file.
+    #[error("{path} is no gait file")]
+    Parse {
+        /// Which file.
+        path: PathBuf,
+        /// Where and why.
+        source: Box<toml::de::Error>,
+    },
+    /// The bytes are no gait table.
+    #[error("{path} is no gait table, or was damaged ({len} bytes): {}", describe(*.reason))]
+    Bytes {
+        /// Which file.
+        path: PathBuf,
+        /// How long it is.
+        len: usize,
+        /// What is wrong with it.
+        reason: GaitError,
+    },
+    /// The file can be read, but its values cannot be played.
+    #[error("{path} cannot be used")]
+    Unusable {
+        /// Which file.
+        path: PathBuf,
+        /// Which value, and why.
+        source: UnusableGait,
+    },
+}
+
+/// Which value of a gait cannot be played.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum UnusableGait {
+    /// Written for another version of this program.
+    #[error("its version is {found}; this program reads version {FILE_VERSION}")]
+    Version {
+        /// What the file says.
+        found: u32,
+    },
+    /// The robot could not show it.
+    #[error("its name is {name:?}; a name is 1 to {} printable ASCII characters", Name::CAPACITY)]
+    Name {
+        /// What the file says.
+        name: String,
+    },
+    /// A number of the whole gait is out of its range.
+    #[error("{field} is {value}; it must be within {min} to {max}")]
+    Value {
+        /// Which number.
+        field: &'static str,
+        /// What the file says.
+        value: f64,
+        /// Least allowed.
+        min: f64,
+        /// Most allowed.
+        max: f64,
+    },
+    /// Not eight joints.
+    #[error("it has {found} joints; the Ant has {JOINT_COUNT}: hip1 to hip4 and knee1 to knee4")]
+    JointCount {
+        /// How many the file has.
+        found: usize,
+    },
+    /// A name that is no joint's.
+    #[error("it names a joint {name:?}; joints are hip1 to hip4 and knee1 to knee4")]
+    UnknownJoint {
+        /// What the file says.
+        name: String,
+    },
+    /// The same joint twice.
+    #[error("it has {joint} twice")]
+    RepeatedJoint {
+        /// Which.
+        joint: &'static str,
+    },
+    /// Not a degree-10 series.
+    #[error("{joint} has {found} coefficients; a degree-10 curve has {COEFFICIENT_COUNT}")]
+    CoefficientCount {
+        /// Which joint.
+        joint: &'static str,
+        /// How many the file has.
+        found: usize,
+    },
+    /// A number of one joint is out of its range.
+    #[error("{joint}: {field} is {value}; it must be within {min} to {max} degrees")]
+    JointValue {
+        /// Which joint.
+        joint: &'static str,
+        /// Which number.
+        field: &'static str,
+        /// What the file says.
+        value: f64,
+        /// Least allowed.
+        min: f64,
+        /// Most allowed.
+        max: f64,
+    },
+    /// The curve swings wider than any servo.
+    #[error(
+        "{joint}: the curve swings {deviation_deg:.1} degrees from its centre at amplitude 1.0; \
+         a table holds at most {MAX_DEVIATION_DEG}"
+    )]
+    Deviation {
+        /// Which joint.
+        joint: &'static str,
+        /// How far it swings.
+        deviation_deg: f64,
+    },
+}
+
+/// A robot's verdict on a table, in words.
+#[must_use]
+pub fn describe(error: GaitError) -> String {
+    match error {
+        GaitError::Length => "it is too short or too long".into(),
+        GaitError::Crc => "its checksum does not match".into(),
+        GaitError::Name => "its name is empty or not printable ASCII".into(),
+        GaitError::Period => format!(
+            "its period is outside {} to {} s",
+            f64::from(MIN_PERIOD_US) / 1e6,
+            f64::from(MAX_PERIOD_US) / 1e6
+        ),
+        GaitError::JointLimits(index) => {
+            let joint = Joint::ALL.get(usize::from(index)).map_or("a joint", |j| j.name());
+            format!("{joint}'s limits are reversed, beyond {MAX_LIMIT_DEG} degrees, or exclude its centre")
+        }
+    }
+}
+
+/// The file as it is written.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    version: u32,
+    name: String,
+    period_s: f64,
+    unit_deg: f64,
+    provenance: Provenance,
+    joint: Vec<JointEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JointEntry {
+    name: String,
+    centre_deg: f64,
+    min_deg: f64,
+    max_deg: f64,
+    coefficients_deg: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    residual_rms_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    r2: Option<f64>,
+}
+
+const HEAD: &str = "\
+# A gait of the Ant. angle = centre_deg + amplitude * sum of c_k T_k(2 phase - 1),
+# in degrees from the joint's neutral, phase 0 to 1 over one stride.
+";
+
+impl GaitFile {
+    /// Reads a gait: the bytes of a table if `path` ends in `.bin`, else TOML.
+    ///
+    /// # Errors
+    /// [`GaitFileError`] naming the file, the joint, the value and its limit.
+    pub fn load(path: &Path) -> Result<Self, GaitFileError> {
+        let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
+        if path.extension().is_some_and(|e| e == "bin") {
+            let table = GaitTable::decode(&bytes).map_err(|reason| GaitFileError::Bytes {
+                path: path.to_owned(),
+                len: bytes.len(),
+                reason,
+            })?;
+            return Ok(Self::from_table(&table));
+        }
+        let document: Document = toml::from_slice(&bytes)
+            .map_err(|source| GaitFileError::Parse { path: path.to_owned(), source: Box::new(source) })?;
+        let unusable = |source| GaitFileError::Unusable { path: path.to_owned(), source };
+        let gait = Self::from_document(document).map_err(unusable)?;
+        gait.check().map_err(unusable)?;
+        Ok(gait)
+    }
+
+    /// Writes the readable file, and the robot's bytes beside it as `.bin`.
+    ///
+    /// # Errors
+    /// [`GaitFileError::File`] with the old files in place, or
+    /// [`GaitFileError::Unusable`] if [`Self::check`] refuses the gait.
+    pub fn save(&self, path: &Path) -> Result<(), GaitFileError> {
+        let unusable = |source| GaitFileError::Unusable { path: path.to_owned(), source };
+        let bytes = self.encoded().map_err(unusable)?;
+        run_folder::write(&path.with_extension("bin"), &bytes)?;
+        run_folder::write(path, self.to_toml().as_bytes())?;
+        Ok(())
+    }
+
+    /// The readable file's text, of a gait that was checked.
+    fn to_toml(&self) -> String {
+        let entry = |joint: Joint| {
+            let series = &self.joints[joint.index()];
+            JointEntry {
+                name: joint.name().into(),
+                centre_deg: series.centre_deg,
+                min_deg: series.min_deg,
+                max_deg: series.max_deg,
+                coefficients_deg: series.coefficients_deg.to_vec(),
+                residual_rms_deg: series.residual_rms_deg,
+                r2: series.r2,
+            }
+        };
+        let document = Document {
+            version: FILE_VERSION,
+            name: self.name.clone(),
+            period_s: self.period_s,
+            unit_deg: self.unit_deg,
+            provenance: self.provenance.clone(),
+            joint: Joint::ALL.into_iter().map(entry).collect(),
+        };
+        // TOML holds everything here but a seed of 2^63 or more, which `table` refuses.
+        format!("{HEAD}{}", toml::to_string(&document).unwrap_or_default())
+    }
+
+    fn from_document(document: Document) -> Result<Self, UnusableGait> {
+        if document.version != FILE_VERSION {
+            return Err(UnusableGait::Version { found: document.version });
+        }
+        if document.joint.len() != JOINT_COUNT {
+            return Err(UnusableGait::JointCount { found: document.joint.len() });
+        }
+        let mut joints: [Option<JointSeries>; JOINT_COUNT] = Default::default();
+        for entry in document.joint {
+            let Some(joint) = Joint::from_name(&entry.name) else {
+                return Err(UnusableGait::UnknownJoint { name: entry.name });
+            };
+            let found = entry.coefficients_deg.len();
+            let coefficients_deg = entry
+                .coefficients_deg
+                .try_into()
+                .map_err(|_| UnusableGait::CoefficientCount { joint: joint.name(), found })?;
+            let series = JointSeries {
+                centre_deg: entry.centre_deg,
+                min_deg: entry.min_deg,
+                max_deg: entry.max_deg,
+                coefficients_deg,
+                residual_rms_deg: entry.residual_rms_deg,
+                r2: entry.r2,
+            };
+            if joints[joint.index()].replace(series).is_some() {
+                return Err(UnusableGait::RepeatedJoint { joint: joint.name() });
+            }
+        }
+        // Eight entries, none unknown, none twice: every place is taken.
+        let joints = joints.map(Option::unwrap_or_default);
+        Ok(Self {
+            name: document.name,
+            period_s: document.period_s,
+            unit_deg: document.unit_deg,
+            provenance: document.provenance,
+            joints,
+        })
+    }
+
+    /// The gait in a table, with no history.
+    #[must_use]
+    pub fn from_table(table: &GaitTable) -> Self {
+        let joints = table.joints.map(|curve| JointSeries {
+            centre_deg: curve.centre.deg(),
+            min_deg: curve.min.deg(),
+            max_deg: curve.max.deg(),
+            coefficients_deg: curve
+                .coefficients
+                .map(|c| f64::from(c.0) / f64::from(COEFFICIENT_UNITS_PER_DEG)),
+            residual_rms_deg: None,
+            r2: None,
+        });
+        Self {
+            name: table.name.as_str().into(),
+            period_s: f64::from(table.period_us) / 1e6,
+            unit_deg: table.unit_deg(),
+            provenance: Provenance::of(Source::Table),
+            joints,
+        }
+    }
+
+    /// Checks that every value can be played.
+    ///
+    /// # Errors
+    /// The first value that cannot, with its limit.
+    pub fn check(&self) -> Result<(), UnusableGait> {
+        self.table().map(|_| ())
+    }
+
+    /// The table that the robot plays: this gait, quantised.
+    ///
+    /// # Errors
+    /// The first value that does not fit a table.
+    pub fn table(&self) -> Result<GaitTable, UnusableGait> {
+        let within = |field, value: f64, min: f64, max: f64| {
+            if (min..=max).contains(&value) {
+                Ok(value)
+            } else {
+                Err(UnusableGait::Value { field, value, min, max })
+            }
+        };
+        let name = Name::new(&self.name).ok_or_else(|| UnusableGait::Name { name: self.name.clone() })?;
+        let (min_s, max_s) = (f64::from(MIN_PERIOD_US) / 1e6, f64::from(MAX_PERIOD_US) / 1e6);
+        let period_s = within("period_s", self.period_s, min_s, max_s)?;
+        let unit_deg = within("unit_deg", self.unit_deg, 0.1, 127.0)?;
+        let largest_seed = i64::MAX as f64;
+        within("seed", self.provenance.seed.unwrap_or(0) as f64, 0.0, largest_seed.next_down())?;
+        let mut joints = [JointCurve::default(); JOINT_COUNT];
+        for joint in Joint::ALL {
+            joints[joint.index()] = self.joints[joint.index()].quantise(joint.name())?;
+        }
+        Ok(GaitTable { name, period_us: (period_s * 1e6).round() as u32, unit: Angle::from_deg(unit_deg), joints })
+    }
+
+    /// The table's bytes, as in `gait.bin` and as the robot stores them.
+    ///
+    /// # Errors
+    /// As [`Self::table`].
+    pub fn encoded(&self) -> Result<Vec<u8>, UnusableGait> {
+        let mut buffer = [0; MAX_ENCODED_LEN];
+        // A table that passed is at most 256 bytes; `tests` has the longest.
+        Ok(self.table()?.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default())
+    }
+
+    /// Angle asked of `joint` at `phase` in strides, unlimited, in degrees: the
+    /// reference that quantised setpoints are held against.
+    #[must_use]
+    pub fn angle_deg(&self, joint: Joint, phase: f64, amplitude: f64) -> f64 {
+        let series = &self.joints[joint.index()];
+        series.centre_deg + amplitude * series.deviation_deg(phase.rem_euclid(1.0))
+    }
+}
+
+/// What identifies a gait: SHA-256 of its encoded table, as `sha256sum gait.bin` prints it.
+#[must_use]
+pub fn gait_sha256(encoded: &[u8]) -> String {
+    Sha256::digest(encoded).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl JointSeries {
+    /// Deviation from the centre at amplitude 1.0, in degrees, at `phase` in 0 to 1.
+    #[must_use]
+    pub fn deviation_deg(&self, phase: f64) -> f64 {
+        chebyshev(&self.coefficients_deg, 2.0 * phase - 1.0)
+    }
+
+    fn quantise(&self, joint: &'static str) -> Result<JointCurve, UnusableGait> {
+        let within = |field, value: f64, min: f64, max: f64| {
+            if (min..=max).contains(&value) {
+                Ok(())
+            } else {
+                Err(UnusableGait::JointValue { joint, field, value, min, max })
+            }
+        };
+        let bound = f64::from(MAX_LIMIT_DEG);
+        within("min_deg", self.min_deg, -bound, bound)?;
+        within("max_deg", self.max_deg, self.min_deg + 1.0, bound)?;
+        within("centre_deg", self.centre_deg, self.min_deg, self.max_deg)?;
+        for &coefficient in &self.coefficients_deg {
+            let bound = f64::from(i16::MAX) / f64::from(COEFFICIENT_UNITS_PER_DEG);
+            within("a coefficient", coefficient, -bound, bound)?;
+        }
+        let (low, high) = self.deviation_range_deg();
+        let too_wide = UnusableGait::Deviation { joint, deviation_deg: high.max(-low) };
+        JointCurve::quantise(self.centre_deg, (self.min_deg, self.max_deg), &self.coefficients_deg)
+            .ok_or(too_wide)
+    }
+}
+
+/// `sum c_k T_k(x)` by Clenshaw's recurrence.
+#[must_use]
+pub fn chebyshev(coefficients: &[f64], x: f64) -> f64 {
+    let (mut b1, mut b2) = (0.0, 0.0);
+    for &c in coefficients.iter().skip(1).rev() {
+        (b1, b2) = (2.0 * x * b1 - b2 + c, b1);
+    }
+    x * b1 - b2 + coefficients.first().copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests;
