@@ -17,3 +17,4 @@ pub mod gait_file;
 pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;
+pub mod trajectory;
