@@ -13,7 +13,9 @@ pub mod energy;
 #[cfg(feature = "sim")]
 pub mod env;
 pub mod robot;
+pub mod fit;
 pub mod gait_file;
+pub mod joint_map;
 pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;
