@@ -1,8 +1,341 @@
-use super::Failure;
+//! `host fit`: a trajectory in, a gait out.
+//!
+//! Owns the flags and the choice of rows, scales and provenance; the reading,
+//! the fit and the file are the library's.
 
+mod report;
+
+use super::explain::{failure, failure_with_help, file_cause};
+use super::{Cause, Failure};
+use crate::fit::{self, Scale, Seam};
+use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
+use crate::joint_map::{JointMap, JointMapError};
+use crate::robot::Robot;
+use crate::run_folder;
+use crate::trajectory::loop_finder::{self, Loop};
+use crate::trajectory::{Trajectory, TrajectoryError};
+use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Degrees per unit of action in simulation, where our centres come from.
+const SIMULATED_UNIT_DEG: f64 = 45.0;
+/// Degrees per unit of action on the authors' robot: 40 ticks of 0.6 degree.
+const ROBOT_UNIT_DEG: f64 = 24.0;
+/// Joint limit of a robot that nobody described.
+const DEFAULT_LIMIT_DEG: f64 = 45.0;
+
+/// Fit a degree-10 polynomial per joint and write the gait.
+///
+/// Without --rows, a file as `record` writes it is one stride, and in any other
+/// the stride is looked for. The scales are degrees: angle = centre-offset +
+/// centre-unit * mean action + amplitude * unit * (action - mean action).
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// CSV with a column per joint
+    #[arg(default_value = "runs/latest/trajectory.csv")]
+    trajectory: PathBuf,
+    /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
+    #[arg(long, value_name = "A..B")]
+    rows: Option<Rows>,
+    /// How long those rows last in the recording; needed if it has no time_s
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
+    /// Play this many times slower than the recording
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    time_stretch: f64,
+    /// TOML with columns, signs and scales; flags override it
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// What each column holds: a joint, time_s, or `-` to skip it
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    columns: Option<Vec<String>>,
+    /// Joints that turn the other way on the robot: `ank3,ank4`
+    #[arg(long, value_delimiter = ',', value_name = "JOINTS")]
+    negate: Option<Vec<String>>,
+    /// Degrees per unit of action at amplitude 1.0 [default: 24]
+    #[arg(long, value_name = "DEG")]
+    unit_deg: Option<f64>,
+    /// Degrees per unit of the mean action [default: 45, as simulated]
+    #[arg(long, value_name = "DEG")]
+    centre_unit_deg: Option<f64>,
+    /// Degrees between action 0 and neutral [default: 0]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    centre_offset_deg: Option<f64>,
+    /// Joint limit either way [default: that of the run's robot or of --leg's, else 45]
+    #[arg(long, value_name = "DEG")]
+    limit_deg: Option<f64>,
+    /// Leg length the gait is meant for: 1.0 is 23 cm, 0.6 is 13.8 cm
+    #[arg(long, value_name = "X")]
+    leg: Option<f64>,
+    /// How strides join [default: continuous for a whole stride as `record` writes it, else free as in the paper]
+    #[arg(long, value_name = "free|continuous")]
+    seam: Option<Seam>,
+    /// What the robot will call it, up to 16 characters [default: from the file or the seed]
+    #[arg(long)]
+    name: Option<String>,
+    /// Seed to note in the gait [default: from the run's configuration]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Gait file to write; the robot's bytes go beside it as .bin [default: beside a recorded
+    /// trajectory, else in a new run folder]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
 
-pub fn run(_args: Args) -> Result<(), Failure> {
-    todo!()
+/// Which rows to fit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Rows {
+    All,
+    Range(Range<usize>),
+}
+
+impl FromStr for Rows {
+    type Err = BadFlag;
+
+    fn from_str(text: &str) -> Result<Self, BadFlag> {
+        if text == "all" {
+            return Ok(Self::All);
+        }
+        let bad = || BadFlag::Rows { text: text.into() };
+        let (first, end) = text.split_once("..").ok_or_else(bad)?;
+        let (first, end) = (first.trim().parse().map_err(|_| bad())?, end.trim().parse().map_err(|_| bad())?);
+        if first < end { Ok(Self::Range(first..end)) } else { Err(bad()) }
+    }
+}
+
+/// A flag that clap cannot judge.
+#[derive(Debug, Error)]
+enum BadFlag {
+    #[error("{text:?} are no rows: write A..B with A below B, counted from 0, or `all`")]
+    Rows { text: String },
+    #[error("--{flag} is {value}; it must be within {min} to {max}")]
+    Range { flag: &'static str, value: f64, min: f64, max: f64 },
+    #[error("--out {} does not end in .toml", .path.display())]
+    Out { path: PathBuf },
+    #[error("{} has no time_s column, so the duration of its rows is unknown", .path.display())]
+    NoPeriod { path: PathBuf },
+    #[error(
+        "the stride would last {played_s:.3} s ({recorded_s:.3} s recorded, times {stretch}); a robot plays {} to {} s",
+        f64::from(MIN_PERIOD_US) / 1e6, f64::from(MAX_PERIOD_US) / 1e6
+    )]
+    Period { recorded_s: f64, stretch: f64, played_s: f64 },
+}
+
+/// What was fitted, for the report.
+struct Chosen {
+    rows: Range<usize>,
+    found: Option<Loop>,
+    recorded_s: f64,
+    seam: Seam,
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    let map = joint_map(&args)?;
+    check_flags(&args)?;
+    let trajectory = Trajectory::read(&args.trajectory, map.columns.as_deref()).map_err(unreadable)?;
+    let chosen = choose(&args, &trajectory)?;
+    let scale = scale(&args, &map)?;
+    let rows = trajectory.rows(chosen.rows.start, chosen.rows.end).map_err(unreadable)?;
+    let fits = fit::fit(rows, &scale, chosen.seam).map_err(|e| failure(Cause::Input, e))?;
+
+    let provenance = provenance(&args, &trajectory, &chosen);
+    let gait = GaitFile {
+        name: args.name.clone().unwrap_or_else(|| default_name(&args.trajectory, &provenance)),
+        period_s: chosen.recorded_s * args.time_stretch,
+        unit_deg: scale.unit_deg,
+        provenance,
+        joints: fits.clone().map(|fit| fit.series),
+    };
+    gait.check().map_err(|e| {
+        let help = "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
+                    --negate and --limit-deg";
+        failure_with_help(Cause::Input, e, help)
+    })?;
+    let out = out_path(&args, &trajectory)?;
+    gait.save(&out).map_err(unsaved)?;
+    report::print(&args, &out, &gait, &fits, &chosen);
+    Ok(())
+}
+
+fn unreadable(error: TrajectoryError) -> Failure {
+    let help = match &error {
+        TrajectoryError::File(_) => "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own",
+        TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
+            "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
+        }
+        TrajectoryError::UnevenTime { .. } => {
+            "choose rows without a gap (--rows A..B), or give the duration yourself (--period S)"
+        }
+        TrajectoryError::Number { .. } | TrajectoryError::RowLength { .. } => {
+            "correct the line, or skip a column of no interest with `-` in --columns"
+        }
+        _ => return failure(Cause::Input, error),
+    };
+    failure_with_help(Cause::Input, error, help)
+}
+
+fn unsaved(error: GaitFileError) -> Failure {
+    match &error {
+        GaitFileError::File(file) => failure_with_help(
+            file_cause(file),
+            error,
+            "the file that was there before, if any, is unharmed; free some space or choose another --out",
+        ),
+        _ => failure(Cause::Input, error),
+    }
+}
+
+fn joint_map(args: &Args) -> Result<JointMap, Failure> {
+    let flags = JointMap {
+        columns: args.columns.clone(),
+        negate: args.negate.clone(),
+        unit_deg: args.unit_deg,
+        centre_unit_deg: args.centre_unit_deg,
+        centre_offset_deg: args.centre_offset_deg,
+        limit_deg: args.limit_deg,
+    };
+    let Some(path) = &args.map else { return Ok(flags) };
+    let file = JointMap::load(path).map_err(|e| failure(Cause::Input, e))?;
+    Ok(flags.or(file))
+}
+
+fn check_flags(args: &Args) -> Result<(), Failure> {
+    let ranges = [("time-stretch", Some(args.time_stretch), 0.01, 1000.0), ("period", args.period, 1e-3, 1e4)];
+    for (flag, value, min, max) in ranges {
+        check_range(flag, value, min, max)?;
+    }
+    match &args.out {
+        Some(path) if path.extension().is_none_or(|e| e != "toml") => {
+            Err(failure(Cause::Usage, BadFlag::Out { path: path.clone() }))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_range(flag: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<(), Failure> {
+    match value {
+        Some(value) if !(min..=max).contains(&value) => {
+            Err(failure(Cause::Usage, BadFlag::Range { flag, value, min, max }))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Which rows make the stride, and how long they last.
+fn choose(args: &Args, trajectory: &Trajectory) -> Result<Chosen, Failure> {
+    let whole = 0..trajectory.actions.len();
+    let (rows, found) = match &args.rows {
+        Some(Rows::Range(rows)) => (rows.clone(), None),
+        Some(Rows::All) => (whole, None),
+        None if trajectory.is_own_stride => (whole, None),
+        None => {
+            let found = loop_finder::find_loop(&trajectory.actions).map_err(|e| {
+                failure_with_help(Cause::Input, e, "name the rows of one stride yourself: --rows A..B, or --rows all")
+            })?;
+            (found.rows.clone(), Some(found))
+        }
+    };
+    trajectory.rows(rows.start, rows.end).map_err(unreadable)?;
+    let recorded_s = match args.period {
+        Some(period_s) => period_s,
+        None => {
+            let interval_s = trajectory.interval_s(rows.start, rows.end).map_err(unreadable)?;
+            let interval_s = interval_s.ok_or_else(|| {
+                let help = "--period S says how long the chosen rows last in the recording";
+                failure_with_help(Cause::Usage, BadFlag::NoPeriod { path: args.trajectory.clone() }, help)
+            })?;
+            interval_s * rows.len() as f64
+        }
+    };
+    let played_s = recorded_s * args.time_stretch;
+    if !(f64::from(MIN_PERIOD_US)..=f64::from(MAX_PERIOD_US)).contains(&(played_s * 1e6)) {
+        let error = BadFlag::Period { recorded_s, stretch: args.time_stretch, played_s };
+        return Err(failure_with_help(Cause::Input, error, "see --period and --time-stretch"));
+    }
+    let is_whole_stride = trajectory.is_own_stride && args.rows.is_none();
+    let default_seam = if is_whole_stride { Seam::Continuous } else { Seam::Free };
+    Ok(Chosen { rows, found, recorded_s, seam: args.seam.unwrap_or(default_seam) })
+}
+
+fn scale(args: &Args, map: &JointMap) -> Result<Scale, Failure> {
+    let beside = args.trajectory.with_file_name(run_folder::ROBOT);
+    let robot = match args.leg {
+        Some(leg) => Some(Robot::ant(leg)),
+        None if beside.is_file() => Some(Robot::load(&beside)),
+        None => None,
+    };
+    let robot = robot.transpose().map_err(|e| failure(Cause::Input, e))?;
+    let scale = Scale {
+        signs: map.signs().map_err(|e: JointMapError| failure(Cause::Usage, e))?,
+        unit_deg: map.unit_deg.unwrap_or(ROBOT_UNIT_DEG),
+        centre_unit_deg: map.centre_unit_deg.unwrap_or(SIMULATED_UNIT_DEG),
+        centre_offset_deg: map.centre_offset_deg.unwrap_or(0.0),
+        limit_deg: map.limit_deg.or(robot.map(|r| r.joint_limit_deg)).unwrap_or(DEFAULT_LIMIT_DEG),
+    };
+    check_range("unit-deg", Some(scale.unit_deg), 0.1, 120.0)?;
+    check_range("centre-unit-deg", Some(scale.centre_unit_deg), -180.0, 180.0)?;
+    check_range("centre-offset-deg", Some(scale.centre_offset_deg), -90.0, 90.0)?;
+    check_range("limit-deg", Some(scale.limit_deg), 1.0, 90.0)?;
+    Ok(scale)
+}
+
+fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Provenance {
+    let folder = args.trajectory.parent().unwrap_or(Path::new("."));
+    let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
+    let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
+    let arguments = std::env::args().skip(1);
+    Provenance {
+        file: Some(args.trajectory.display().to_string()),
+        file_sha256: Some(trajectory.sha256.clone()),
+        rows: Some(format!("{}..{}", chosen.rows.start, chosen.rows.end)),
+        seam: Some(chosen.seam.name().into()),
+        time_stretch: Some(args.time_stretch),
+        run: run.filter(|_| trained),
+        seed,
+        leg_scale: args.leg,
+        command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
+        ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
+    }
+}
+
+/// The seed in a run's configuration, wherever its table has it.
+fn seed_of_run(folder: &Path) -> Option<u64> {
+    let text = std::fs::read_to_string(folder.join(run_folder::CONFIG)).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let nested = table.values().filter_map(|value| value.as_table()?.get("seed"));
+    table.get("seed").into_iter().chain(nested).find_map(|seed| seed.as_integer()?.try_into().ok())
+}
+
+fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
+    let name = match (provenance.source, provenance.seed) {
+        (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
+        _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+    };
+    let name: String = name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
+    if name.trim().is_empty() { "gait".into() } else { name }
+}
+
+fn out_path(args: &Args, trajectory: &Trajectory) -> Result<PathBuf, Failure> {
+    let machine = |e: run_folder::FileError| failure(file_cause(&e), e);
+    if let Some(out) = &args.out {
+        if let Some(folder) = out.parent() {
+            std::fs::create_dir_all(folder)
+                .map_err(run_folder::FileError::on("create", folder))
+                .map_err(machine)?;
+        }
+        return Ok(out.clone());
+    }
+    if trajectory.is_own_stride {
+        return Ok(args.trajectory.with_file_name(run_folder::GAIT));
+    }
+    let folder = run_folder::create("fit").map_err(machine)?;
+    run_folder::make_latest(&folder).map_err(machine)?;
+    Ok(folder.join(run_folder::GAIT))
 }

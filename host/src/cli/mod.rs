@@ -1,6 +1,7 @@
 //! The command line: one module a subcommand, each with `Args` and `run`.
 
 mod demo;
+mod explain;
 mod fit;
 mod measure;
 #[cfg(feature = "train")]

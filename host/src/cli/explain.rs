@@ -1,0 +1,52 @@
+//! Turns a library's error into what the user reads: cause, chain, next move.
+//!
+//! Owns the join between `thiserror` and `miette`; the texts stand where the
+//! errors are made, the helps where the subcommand knows the next move.
+
+use super::{Cause, Failure};
+use std::error::Error;
+use std::fmt;
+
+/// An error with the user's next move, if there is one.
+#[derive(Debug)]
+struct Explained {
+    error: Box<dyn Error + Send + Sync>,
+    help: Option<String>,
+}
+
+impl fmt::Display for Explained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.error.fmt(f)
+    }
+}
+
+impl Error for Explained {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.error.source()
+    }
+}
+
+impl miette::Diagnostic for Explained {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+}
+
+/// A failure that explains itself.
+pub fn failure(cause: Cause, error: impl Error + Send + Sync + 'static) -> Failure {
+    Failure::new(cause, Explained { error: Box::new(error), help: None })
+}
+
+/// A failure that also says what to do.
+pub fn failure_with_help(
+    cause: Cause,
+    error: impl Error + Send + Sync + 'static,
+    help: impl Into<String>,
+) -> Failure {
+    Failure::new(cause, Explained { error: Box::new(error), help: Some(help.into()) })
+}
+
+/// A file that cannot be written is the machine's trouble, one that cannot be read the user's.
+pub fn file_cause(error: &crate::run_folder::FileError) -> Cause {
+    if error.action == "read" { Cause::Input } else { Cause::Machine }
+}
