@@ -20,3 +20,5 @@ pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;
 pub mod trajectory;
+#[cfg(feature = "train")]
+pub mod td3;

@@ -1,0 +1,279 @@
+//! Everything a run needs to go on as if nothing had happened.
+//!
+//! Owns `checkpoint/` in the run folder: a `state.json` that names one tensor
+//! file. The tensor file is written first and the state renamed over the old
+//! one last, so that whenever the power fails a whole checkpoint stands there.
+
+use super::agent::Agent;
+use super::collect::{CollectorState, Episode};
+use super::config::Td3Config;
+use super::evaluate::Evaluation;
+use super::networks::numbers;
+use super::replay::{Layout, Replay};
+use super::tensor_file::{TensorFile, TensorFileError};
+use crate::run_folder::{self, FileError};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use tch::Tensor;
+use thiserror::Error;
+
+/// The checkpoint's folder within a run.
+pub const FOLDER: &str = "checkpoint";
+const STATE: &str = "state.json";
+/// Raised whenever an older checkpoint cannot be read any more.
+const VERSION: u32 = 1;
+
+/// Why a run cannot be resumed or saved.
+#[derive(Debug, Error)]
+pub enum CheckpointError {
+    /// The disk's reason.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The tensor file's reason.
+    #[error(transparent)]
+    Tensors(#[from] TensorFileError),
+    /// `state.json` is damaged.
+    #[error("{path} is no state of a run")]
+    Format {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// Written by another version of this program.
+    #[error("{path} has version {version}, this program reads {VERSION}; train anew")]
+    Version {
+        /// Which.
+        path: PathBuf,
+        /// What stands there.
+        version: u32,
+    },
+    /// The parts contradict each other.
+    #[error("{path} is damaged: {what} does not fit the rest")]
+    Contradiction {
+        /// Which.
+        path: PathBuf,
+        /// The part.
+        what: &'static str,
+    },
+}
+
+/// One evaluation: a row of the learning curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Control steps gathered.
+    pub env_steps: u64,
+    /// Updates done.
+    pub updates: u64,
+    /// Wall-clock time learning, interruptions left out.
+    pub wall_s: f64,
+    /// Mean reward of an evaluation episode.
+    pub reward: f64,
+    /// Mean forward speed.
+    pub speed_m_s: f64,
+    /// Mean control steps of an evaluation episode.
+    pub episode_steps: f64,
+    /// Of the latest round.
+    pub critic_loss: f64,
+    /// Of the latest round.
+    pub actor_loss: f64,
+    /// Of the latest round.
+    pub q_mean: f64,
+}
+
+impl CurvePoint {
+    /// The evaluation alone.
+    pub fn evaluation(&self) -> Evaluation {
+        Evaluation { reward: self.reward, speed_m_s: self.speed_m_s, steps: self.episode_steps }
+    }
+}
+
+/// The parts of a run's state that are no tensors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    version: u32,
+    tensors: String,
+    /// Rounds done, warm-up included.
+    pub round: u64,
+    /// Control steps gathered.
+    pub env_steps: u64,
+    updates: u64,
+    /// Wall-clock time so far.
+    pub wall_s: f64,
+    /// Every evaluation so far.
+    pub curve: Vec<CurvePoint>,
+    /// Which of them is the best; its policy is in the run folder.
+    pub best: usize,
+    actor_adam_steps: u64,
+    critics_adam_steps: u64,
+    replay_next: usize,
+    next_episode: u64,
+    turn: usize,
+    episodes: Vec<u64>,
+}
+
+/// A run between two rounds.
+#[derive(Debug)]
+pub struct Progress {
+    /// Rounds done, warm-up included.
+    pub round: u64,
+    /// Control steps gathered.
+    pub env_steps: u64,
+    /// Wall-clock time so far.
+    pub wall_s: f64,
+    /// Every evaluation so far.
+    pub curve: Vec<CurvePoint>,
+    /// Which of them is the best.
+    pub best: usize,
+}
+
+/// What a resumed run starts with.
+#[derive(Debug)]
+pub struct Restored {
+    /// Networks and optimisers.
+    pub agent: Agent,
+    /// Experience.
+    pub replay: Replay,
+    /// The environments.
+    pub collector: CollectorState,
+    /// The rest.
+    pub progress: Progress,
+}
+
+/// The agent's tensors by name, the same for saving and loading.
+fn tensors(agent: &mut Agent) -> [(&'static str, &mut Tensor); 8] {
+    [
+        ("actor", &mut agent.actor.parameters),
+        ("critics", &mut agent.critics.parameters),
+        ("target_actor", &mut agent.target_actor.parameters),
+        ("target_critics", &mut agent.target_critics.parameters),
+        ("actor_adam_mean", &mut agent.actor_adam.mean),
+        ("actor_adam_square", &mut agent.actor_adam.square),
+        ("critics_adam_mean", &mut agent.critics_adam.mean),
+        ("critics_adam_square", &mut agent.critics_adam.square),
+    ]
+}
+
+/// Saves a run into its folder.
+///
+/// # Errors
+/// [`CheckpointError`] with the previous checkpoint still in place.
+pub fn save(
+    run: &Path,
+    agent: &mut Agent,
+    replay: &Replay,
+    collector: CollectorState,
+    progress: &Progress,
+) -> Result<(), CheckpointError> {
+    let folder = run.join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
+    let state = State {
+        version: VERSION,
+        tensors: format!("round-{}.safetensors", progress.round),
+        round: progress.round,
+        env_steps: progress.env_steps,
+        updates: agent.updates,
+        wall_s: progress.wall_s,
+        curve: progress.curve.clone(),
+        best: progress.best,
+        actor_adam_steps: agent.actor_adam.steps,
+        critics_adam_steps: agent.critics_adam.steps,
+        replay_next: replay.next(),
+        next_episode: collector.next_episode,
+        turn: collector.turn,
+        episodes: collector.episodes.iter().map(|episode| episode.number).collect(),
+    };
+    let mut file = TensorFile::new(&folder.join(&state.tensors));
+    for (name, tensor) in tensors(agent) {
+        file.put(name, &[tensor.numel()], numbers(tensor));
+    }
+    file.put("replay", &[replay.rows().len()], replay.rows().to_vec());
+    for (slot, episode) in collector.episodes.into_iter().enumerate() {
+        file.put(actions_name(slot), &[episode.actions.len()], episode.actions);
+    }
+    file.save()?;
+    let path = folder.join(STATE);
+    let json = serde_json::to_vec_pretty(&state)
+        .map_err(|source| CheckpointError::Format { path: path.clone(), source })?;
+    run_folder::write(&path, &json)?;
+    remove_older(&folder, &state.tensors);
+    Ok(())
+}
+
+/// Earlier tensor files only take room; failing to remove one harms nothing.
+fn remove_older(folder: &Path, keep: &str) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with("round-") && name != keep {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Reads a run's checkpoint.
+///
+/// # Errors
+/// [`CheckpointError`] if there is none, or its parts do not fit `config`.
+pub fn load(
+    run: &Path,
+    config: &Td3Config,
+    layout: Layout,
+    envs: usize,
+) -> Result<Restored, CheckpointError> {
+    let path = run.join(FOLDER).join(STATE);
+    let json = std::fs::read(&path).map_err(FileError::on("read", &path))?;
+    let state: State = serde_json::from_slice(&json)
+        .map_err(|source| CheckpointError::Format { path: path.clone(), source })?;
+    if state.version != VERSION {
+        return Err(CheckpointError::Version { path, version: state.version });
+    }
+    let contradiction = |what| CheckpointError::Contradiction { path: path.clone(), what };
+    if state.best >= state.curve.len() {
+        return Err(contradiction("best"));
+    }
+    if state.episodes.len() != envs || state.turn >= envs {
+        return Err(contradiction("episodes"));
+    }
+    if Path::new(&state.tensors).components().count() != 1 {
+        return Err(contradiction("tensors"));
+    }
+    let mut file = TensorFile::load(&run.join(FOLDER).join(&state.tensors))?;
+    let mut agent = Agent::new(config, layout, 0);
+    for (name, tensor) in tensors(&mut agent) {
+        let saved = file.take_len(name, tensor.numel())?;
+        tensor.copy_(&Tensor::from_slice(&saved));
+    }
+    agent.updates = state.updates;
+    agent.actor_adam.steps = state.actor_adam_steps;
+    agent.critics_adam.steps = state.critics_adam_steps;
+    let rows = file.take("replay")?.numbers;
+    let replay = Replay::restore(layout, config.buffer_size, rows, state.replay_next)
+        .ok_or_else(|| contradiction("replay_next"))?;
+    let mut episodes = Vec::new();
+    for (slot, number) in state.episodes.into_iter().enumerate() {
+        let actions = file.take(&actions_name(slot))?.numbers;
+        if actions.len() % layout.action_len != 0 {
+            return Err(contradiction("actions"));
+        }
+        episodes.push(Episode { number, actions });
+    }
+    Ok(Restored {
+        agent,
+        replay,
+        collector: CollectorState { episodes, next_episode: state.next_episode, turn: state.turn },
+        progress: Progress {
+            round: state.round,
+            env_steps: state.env_steps,
+            wall_s: state.wall_s,
+            curve: state.curve,
+            best: state.best,
+        },
+    })
+}
+
+fn actions_name(slot: usize) -> String {
+    format!("actions{slot}")
+}

@@ -1,0 +1,339 @@
+//! A training run: gather, learn, judge, save, until the schedule is done.
+//!
+//! Owns the order of things and the run folder's learning files. One thread
+//! gathers round `r` while this one learns from everything up to `r - 1`; both
+//! wait for each other at the end of a round and nowhere else, so timing
+//! changes nothing but the wall clock.
+
+use super::MakeEnv;
+use super::agent::{Agent, Losses};
+use super::checkpoint::{self, CheckpointError, CurvePoint, Progress};
+use super::collect::{CollectError, Collector, CollectorState, Order};
+use super::config::Learning;
+use super::evaluate::evaluate;
+use super::random::{Purpose, stream};
+use super::replay::{Layout, Replay};
+use super::tensor_file::TensorFileError;
+use crate::run_folder::{self, FileError};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::time::Instant;
+use thiserror::Error;
+
+/// A mean value beyond this belongs to no task here: rewards are of order 1 and
+/// gamma at most 0.9999.
+const DIVERGED_Q: f64 = 1e6;
+
+/// Why a run stopped before its schedule was done.
+#[derive(Debug, Error)]
+pub enum TrainError {
+    /// Losses or weights are no numbers any more.
+    #[error("learning diverged at update {updates}: critic loss {critic_loss}, mean value {q_mean}")]
+    Diverged {
+        /// Updates done.
+        updates: u64,
+        /// Of the latest round.
+        critic_loss: f64,
+        /// Of the latest round.
+        q_mean: f64,
+    },
+    /// The task's fault.
+    #[error(transparent)]
+    Collect(#[from] CollectError),
+    /// The checkpoint's fault.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// A policy cannot be written.
+    #[error(transparent)]
+    Policy(#[from] TensorFileError),
+    /// Another file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A bug in the simulation; its message is on standard error.
+    #[error("the thread that gathers experience panicked")]
+    CollectorGone,
+}
+
+/// What a run learns and where it is kept.
+pub struct Run<'a> {
+    /// Algorithm and schedule, checked.
+    pub learning: &'a Learning,
+    /// The task, as often as needed.
+    pub make_env: MakeEnv<'a>,
+    /// Names every random number.
+    pub seed: u64,
+    /// The run folder; it exists.
+    pub folder: &'a Path,
+    /// Stops the run at the end of the round once it is true.
+    pub stop: &'a AtomicBool,
+}
+
+/// How a run ended without an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The schedule is done.
+    Done,
+    /// Asked to stop; the checkpoint is written.
+    Stopped,
+}
+
+/// What a run came to.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How.
+    pub ending: Ending,
+    /// Every evaluation; the first is that of the untrained policy.
+    pub curve: Vec<CurvePoint>,
+    /// Index of the best.
+    pub best: usize,
+    /// Updates done.
+    pub updates: u64,
+    /// Control steps gathered.
+    pub env_steps: u64,
+    /// Wall-clock time, interruptions left out.
+    pub wall_s: f64,
+}
+
+/// What the caller hears while a run goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// A round is done.
+    Round {
+        /// Updates done.
+        updates: u64,
+        /// Control steps gathered.
+        env_steps: u64,
+    },
+    /// An evaluation is done and saved.
+    Evaluated {
+        /// The row of the learning curve.
+        point: CurvePoint,
+        /// Its policy is the best so far, and written.
+        best: bool,
+    },
+}
+
+struct State {
+    agent: Agent,
+    replay: Replay,
+    progress: Progress,
+    losses: Losses,
+}
+
+impl Run<'_> {
+    /// Trains from the beginning, or from the folder's checkpoint.
+    ///
+    /// # Errors
+    /// [`TrainError`]; the best policy so far stays in the folder.
+    pub fn train(&self, resume: bool, on_event: &mut dyn FnMut(Event)) -> Result<Outcome, TrainError> {
+        // A second thread inside libtorch gains nothing and takes the collector's core.
+        tch::set_num_threads(1);
+        let layout = {
+            let env = (self.make_env)();
+            Layout { observation_len: env.observation_len(), action_len: env.action_len() }
+        };
+        let (config, envs) = (&self.learning.td3, self.learning.schedule.training_envs);
+        let mut restored: Option<CollectorState> = None;
+        let mut state = if resume {
+            let saved = checkpoint::load(self.folder, config, layout, envs)?;
+            restored = Some(saved.collector);
+            State {
+                agent: saved.agent,
+                replay: saved.replay,
+                progress: saved.progress,
+                losses: Losses::default(),
+            }
+        } else {
+            State {
+                agent: Agent::new(config, layout, self.seed),
+                replay: Replay::new(layout, config.buffer_size),
+                progress: Progress { round: 0, env_steps: 0, wall_s: 0.0, curve: Vec::new(), best: 0 },
+                losses: Losses::default(),
+            }
+        };
+        std::thread::scope(|scope| {
+            let (orders, inbox) = mpsc::channel::<Order>();
+            let (outbox, answers) = mpsc::channel();
+            scope.spawn(move || {
+                let mut collector = match restored {
+                    Some(saved) => Collector::restore(self.make_env, layout, self.seed, saved),
+                    None => Collector::new(self.make_env, layout, self.seed, envs),
+                };
+                // Either side hanging up ends the thread.
+                for order in inbox {
+                    let rows = collector.gather(order);
+                    if outbox.send((rows, collector.state())).is_err() {
+                        break;
+                    }
+                }
+            });
+            let ask = |order| -> Result<_, TrainError> {
+                orders.send(order).map_err(|_| TrainError::CollectorGone)
+            };
+            let hear = || -> Result<(Vec<f32>, CollectorState), TrainError> {
+                let (rows, state) = answers.recv().map_err(|_| TrainError::CollectorGone)?;
+                Ok((rows?, state))
+            };
+            self.rounds(&mut state, &ask, &hear, on_event)
+        })
+    }
+
+    /// The main loop.
+    fn rounds(
+        &self,
+        state: &mut State,
+        ask: &dyn Fn(Order) -> Result<(), TrainError>,
+        hear: &dyn Fn() -> Result<(Vec<f32>, CollectorState), TrainError>,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<Outcome, TrainError> {
+        let schedule = &self.learning.schedule;
+        let began = Instant::now();
+        let before_s = state.progress.wall_s;
+        if state.progress.curve.is_empty() {
+            self.judge(state, on_event)?;
+        }
+        let mut ending = Ending::Done;
+        while state.agent.updates < schedule.total_updates() {
+            ask(self.order(state))?;
+            if state.progress.env_steps >= schedule.warm_up_env_steps {
+                self.learn(state)?;
+            }
+            let (rows, collector) = hear()?;
+            state.replay.extend(&rows);
+            state.progress.round += 1;
+            state.progress.env_steps += schedule.round_env_steps();
+            state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
+            on_event(Event::Round { updates: state.agent.updates, env_steps: state.progress.env_steps });
+            let stop = self.stop.load(Ordering::Relaxed);
+            let epoch_ended = state.agent.updates
+                > state.progress.curve.last().map_or(0, |point| point.updates)
+                && state.agent.updates % schedule.updates_per_epoch == 0;
+            if epoch_ended {
+                self.judge(state, on_event)?;
+            }
+            if epoch_ended || stop {
+                state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
+                checkpoint::save(self.folder, &mut state.agent, &state.replay, collector, &state.progress)?;
+            }
+            if stop && state.agent.updates < schedule.total_updates() {
+                ending = Ending::Stopped;
+                break;
+            }
+        }
+        Ok(Outcome {
+            ending,
+            curve: state.progress.curve.clone(),
+            best: state.progress.best,
+            updates: state.agent.updates,
+            env_steps: state.progress.env_steps,
+            wall_s: state.progress.wall_s,
+        })
+    }
+
+    fn order(&self, state: &State) -> Order {
+        let schedule = &self.learning.schedule;
+        let warm = state.progress.env_steps >= schedule.warm_up_env_steps;
+        Order {
+            round: state.progress.round,
+            env_steps: schedule.round_env_steps(),
+            policy: warm.then(|| state.agent.actor.policy()),
+            noise: self.learning.td3.exploration_noise,
+        }
+    }
+
+    /// One round of updates.
+    fn learn(&self, state: &mut State) -> Result<(), TrainError> {
+        let round = state.progress.round;
+        let mut sample = stream(self.seed, Purpose::Sample, round);
+        let mut smooth = stream(self.seed, Purpose::Smooth, round);
+        let mut batch = Vec::new();
+        // Losses cost time, so one update a round reports: the last that moves the actor.
+        let updates = self.learning.schedule.round_updates;
+        let report =
+            (state.agent.updates + updates) / self.learning.td3.policy_delay * self.learning.td3.policy_delay;
+        let mut reported = false;
+        for index in 0..updates {
+            state.replay.sample(self.learning.td3.batch_size, &mut sample, &mut batch);
+            let last = index + 1 == updates && !reported;
+            let losses = state.agent.update(&batch, &mut smooth, state.agent.updates + 1 == report || last);
+            if let Some(losses) = losses {
+                state.losses = losses;
+                reported = true;
+            }
+        }
+        let Losses { critic, q_mean, .. } = state.losses;
+        if !state.losses.is_finite() || q_mean.abs() > DIVERGED_Q || !state.agent.actor.policy().is_finite() {
+            return Err(TrainError::Diverged { updates: state.agent.updates, critic_loss: critic, q_mean });
+        }
+        Ok(())
+    }
+
+    /// Evaluates, writes the learning curve, and the policy if it is the best yet.
+    fn judge(&self, state: &mut State, on_event: &mut dyn FnMut(Event)) -> Result<(), TrainError> {
+        let policy = state.agent.actor.policy();
+        let evaluation =
+            evaluate(&policy, self.make_env, self.seed, self.learning.schedule.evaluation_episodes);
+        let progress = &mut state.progress;
+        let point = CurvePoint {
+            env_steps: progress.env_steps,
+            updates: state.agent.updates,
+            wall_s: progress.wall_s,
+            reward: evaluation.reward,
+            speed_m_s: evaluation.speed_m_s,
+            episode_steps: evaluation.steps,
+            critic_loss: state.losses.critic,
+            actor_loss: state.losses.actor,
+            q_mean: state.losses.q_mean,
+        };
+        let best = progress.curve.get(progress.best).is_none_or(|best| point.reward > best.reward);
+        progress.curve.push(point);
+        if best {
+            progress.best = progress.curve.len() - 1;
+            policy.save(&self.folder.join(run_folder::POLICY))?;
+            self.describe(&point)?;
+        }
+        run_folder::write(
+            &self.folder.join(run_folder::LEARNING_CURVE),
+            curve_csv(&progress.curve).as_bytes(),
+        )?;
+        on_event(Event::Evaluated { point, best });
+        Ok(())
+    }
+
+    /// Puts beside the policy what it is and where it comes from.
+    fn describe(&self, point: &CurvePoint) -> Result<(), TrainError> {
+        let description = serde_json::json!({
+            "seed": self.seed,
+            "updates": point.updates,
+            "env_steps": point.env_steps,
+            "reward": point.reward,
+            "speed_m_s": point.speed_m_s,
+            "learning": self.learning,
+        });
+        let path = self.folder.join(super::POLICY_DESCRIPTION);
+        Ok(run_folder::write(&path, format!("{description:#}\n").as_bytes())?)
+    }
+}
+
+/// The learning curve as people and plots read it.
+fn curve_csv(curve: &[CurvePoint]) -> String {
+    let mut csv = String::from(
+        "env_steps,updates,wall_s,reward,speed_m_s,episode_steps,critic_loss,actor_loss,q_mean\n",
+    );
+    for p in curve {
+        csv += &format!(
+            "{},{},{:.2},{:.4},{:.5},{:.1},{:.6},{:.6},{:.6}\n",
+            p.env_steps,
+            p.updates,
+            p.wall_s,
+            p.reward,
+            p.speed_m_s,
+            p.episode_steps,
+            p.critic_loss,
+            p.actor_loss,
+            p.q_mean
+        );
+    }
+    csv
+}
