@@ -1,8 +1,253 @@
-use super::Failure;
+//! `train`: a run folder with the best policy, its learning curve and a checkpoint.
+
+use super::{Cause, Failure};
+use crate::env::Env;
+use crate::robot::Robot;
+use crate::run_folder::{self, FileError};
+use crate::sim::AntEnv;
+use crate::td3::run_config::{ConfigError, LegScale, PAPER, QUICK, RunConfig};
+use crate::td3::trainer::{Ending, Event, Outcome, Run, TrainError};
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::Diagnostic;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Numbers to train with: the paper's (a quarter of an hour on two cores) or a first gait in minutes
+    #[arg(long, value_enum, default_value = "paper", conflicts_with_all = ["config", "resume"])]
+    preset: Preset,
 
-pub fn run(_args: Args) -> Result<(), Failure> {
-    todo!()
+    /// A configuration of your own; it names only what differs from the paper's
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    config: Option<PathBuf>,
+
+    /// Shins: 1.0 is 23 cm, 0.6 is 13.8 cm [default: the configuration's]
+    #[arg(long, value_name = "SCALE", conflicts_with_all = ["robot", "resume"])]
+    leg: Option<f64>,
+
+    /// Another seed gives another gait [default: the configuration's, 0]
+    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    seed: Option<u64>,
+
+    /// The run's folder; it must not hold a run yet [default: a new one in runs]
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    out: Option<PathBuf>,
+
+    /// Go on with an interrupted run as if nothing had happened
+    #[arg(long, value_name = "RUN")]
+    resume: Option<PathBuf>,
+
+    /// A robot description instead of the built-in Ant
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    robot: Option<PathBuf>,
+
+    /// Print the result as one line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Preset {
+    Quick,
+    Paper,
+}
+
+/// What only the command line can get wrong.
+#[derive(Debug, Error, Diagnostic)]
+enum TrainCliError {
+    #[error("{folder} holds a run already")]
+    #[diagnostic(help("go on with it by `--resume {folder}`, or name another folder"))]
+    Taken { folder: String },
+    #[error("{value} is no leg scale: it must be between 0.3 and 2")]
+    Leg { value: f64 },
+    #[error("interrupted after {updates} updates; everything is saved")]
+    #[diagnostic(help("go on with: cargo run -p host -- train --resume {folder}"))]
+    Interrupted { updates: u64, folder: String },
+    #[error("cannot use this configuration")]
+    Config(#[from] ConfigError),
+    #[error("cannot use this robot")]
+    Robot(#[from] crate::robot::RobotError),
+    #[error("cannot prepare the run's folder")]
+    Folder(#[from] FileError),
+    #[error("training stopped")]
+    #[diagnostic(help(
+        "the best policy so far, if there is one, is in {folder}; if learning diverged, try another --seed or smaller learning rates in a --config"
+    ))]
+    Train { folder: String, source: TrainError },
+    #[error("cannot catch Ctrl-C")]
+    Signals(#[from] ctrlc::Error),
+}
+
+impl From<TrainCliError> for Failure {
+    fn from(error: TrainCliError) -> Self {
+        let cause = match &error {
+            TrainCliError::Taken { .. } | TrainCliError::Leg { .. } => Cause::Usage,
+            TrainCliError::Config(_) | TrainCliError::Robot(_) => Cause::Input,
+            TrainCliError::Train { source: TrainError::Checkpoint(_), .. } => Cause::Input,
+            TrainCliError::Interrupted { .. } => Cause::Interrupted,
+            TrainCliError::Folder(_) | TrainCliError::Train { .. } | TrainCliError::Signals(_) => {
+                Cause::Machine
+            }
+        };
+        Self::new(cause, error)
+    }
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    Ok(train(args)?)
+}
+
+fn train(args: Args) -> Result<(), TrainCliError> {
+    let resuming = args.resume.is_some();
+    let (config, robot, folder) = match &args.resume {
+        Some(folder) => {
+            let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
+            (config, Robot::load(&folder.join(run_folder::ROBOT))?, folder.clone())
+        }
+        None => prepare(&args)?,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_ctrl_c(&stop)?;
+
+    let make_env = || -> Box<dyn Env> { Box::new(AntEnv::new(&robot, config.env)) };
+    let learning = config.learning();
+    let run =
+        Run { learning: &learning, make_env: &make_env, seed: config.seed, folder: &folder, stop: &stop };
+    let bar = progress_bar(learning.schedule.total_updates());
+    bar.println(format!("Training in {} (seed {}). Ctrl-C saves and stops.", folder.display(), config.seed));
+    let mut known = false;
+    let outcome = run.train(resuming, &mut |event| {
+        show(&bar, &event);
+        // From the first saved policy on, this is the run that the other commands take.
+        if !known {
+            known = true;
+            if let Err(error) = run_folder::make_latest(&folder) {
+                bar.println(format!("warning: {error}: name the run with --run in the next steps"));
+            }
+        }
+    });
+    bar.finish_and_clear();
+    let outcome =
+        outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })?;
+    report(&outcome, &config, &folder, args.json);
+    match outcome.ending {
+        Ending::Done => Ok(()),
+        Ending::Stopped => {
+            Err(TrainCliError::Interrupted { updates: outcome.updates, folder: folder.display().to_string() })
+        }
+    }
+}
+
+/// Resolves flags into a configuration, a robot and a folder that has both as files.
+fn prepare(args: &Args) -> Result<(RunConfig, Robot, PathBuf), TrainCliError> {
+    let mut config = match (&args.config, args.preset) {
+        (Some(path), _) => RunConfig::load(path)?,
+        (None, Preset::Paper) => RunConfig::parse(PAPER, Path::new("configs/paper.toml"))?,
+        (None, Preset::Quick) => RunConfig::parse(QUICK, Path::new("configs/quick.toml"))?,
+    };
+    config.seed = args.seed.unwrap_or(config.seed);
+    if let Some(leg) = args.leg {
+        let (least, most) = crate::robot::LEG_SCALE_RANGE;
+        if !(least..=most).contains(&leg) {
+            return Err(TrainCliError::Leg { value: leg });
+        }
+        config.leg_scale = LegScale(leg);
+    }
+    let robot = match &args.robot {
+        Some(path) => Robot::load(path)?,
+        None => Robot::ant(config.leg_scale.0)?,
+    };
+    let folder = match &args.out {
+        Some(folder) => {
+            if folder.join(run_folder::CONFIG).exists() {
+                return Err(TrainCliError::Taken { folder: folder.display().to_string() });
+            }
+            std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
+            folder.clone()
+        }
+        None => run_folder::create(&format!("leg{}-seed{}", config.leg_scale.0, config.seed))?,
+    };
+    config.save(&folder.join(run_folder::CONFIG))?;
+    run_folder::write(&folder.join(run_folder::ROBOT), robot.to_toml().as_bytes())?;
+    Ok((config, robot, folder))
+}
+
+/// The first Ctrl-C asks, the second ends the program on the spot.
+fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
+    let stop = Arc::clone(stop);
+    ctrlc::set_handler(move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(Cause::Interrupted as i32);
+        }
+        eprintln!("\nSaving; Ctrl-C again stops at once.");
+    })
+}
+
+fn progress_bar(total_updates: u64) -> ProgressBar {
+    let style = "{bar:30} {percent:>3} %  {pos}/{len} updates, {per_sec}, done in {eta}  {msg}";
+    let bar = ProgressBar::new(total_updates);
+    // The template is a constant: if it were wrong, indicatif's own would do.
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar()));
+    bar
+}
+
+fn show(bar: &ProgressBar, event: &Event) {
+    match event {
+        Event::Resumed { updates } => {
+            bar.set_position(*updates);
+            bar.reset_eta();
+        }
+        Event::Round { updates, .. } => bar.set_position(*updates),
+        Event::Evaluated { point, best } => {
+            bar.set_message(format!("reward {:.1}, {:.3} m/s", point.reward, point.speed_m_s));
+            bar.println(format!(
+                "{:>7} updates {:>9} steps {:>6.0} s  reward {:>8.1}  {:>7.3} m/s{}",
+                point.updates,
+                point.env_steps,
+                point.wall_s,
+                point.reward,
+                point.speed_m_s,
+                if *best { "  best yet" } else { "" }
+            ));
+        }
+    }
+}
+
+fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {
+    let untrained = &outcome.curve[0];
+    let best = &outcome.curve[outcome.best];
+    if json {
+        let line = serde_json::json!({
+            "run": folder,
+            "policy": folder.join(run_folder::POLICY),
+            "seed": config.seed,
+            "finished": outcome.ending == Ending::Done,
+            "reward_untrained": untrained.reward,
+            "reward_trained": best.reward,
+            "speed_m_s": best.speed_m_s,
+            "best_updates": best.updates,
+            "updates": outcome.updates,
+            "train_env_steps": outcome.env_steps,
+            "wall_s": outcome.wall_s,
+        });
+        println!("{line}");
+    } else {
+        println!(
+            "Reward {:.1} -> {:.1}, {:.3} m/s, best after {} updates.",
+            untrained.reward, best.reward, best.speed_m_s, best.updates
+        );
+        println!(
+            "{} updates and {} control steps in {:.0} s ({:.0} updates/s).",
+            outcome.updates,
+            outcome.env_steps,
+            outcome.wall_s,
+            outcome.updates as f64 / outcome.wall_s.max(1e-9)
+        );
+        if outcome.ending == Ending::Done {
+            println!("Next: cargo run -p host -- record");
+        }
+    }
 }

@@ -1,15 +1,10 @@
 //! What a training run is told: Table 1, and what the table leaves open.
 //!
-//! Owns defaults, presets and limits. The defaults are the paper's; a file
-//! names only what it changes, and an unknown name in it is an error.
+//! Owns the defaults, which are the paper's, and the limits; refuses to know the
+//! task, whose numbers `run_config` adds.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-
-/// Table 1 as a file, with what it leaves open.
-pub const PAPER: &str = include_str!("../../configs/paper.toml");
-/// A first gait in minutes.
-pub const QUICK: &str = include_str!("../../configs/quick.toml");
 
 /// A value that no run can work with.
 #[derive(Debug, Clone, PartialEq, Error)]

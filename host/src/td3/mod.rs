@@ -27,6 +27,7 @@ pub mod networks;
 pub mod policy;
 pub mod random;
 pub mod replay;
+pub mod run_config;
 pub mod tensor_file;
 pub mod trainer;
 

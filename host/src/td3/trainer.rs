@@ -98,6 +98,11 @@ pub struct Outcome {
 /// What the caller hears while a run goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
+    /// An interrupted run goes on; its best policy is in the folder.
+    Resumed {
+        /// Updates done before.
+        updates: u64,
+    },
     /// A round is done.
     Round {
         /// Updates done.
@@ -192,6 +197,8 @@ impl Run<'_> {
         let before_s = state.progress.wall_s;
         if state.progress.curve.is_empty() {
             self.judge(state, on_event)?;
+        } else {
+            on_event(Event::Resumed { updates: state.agent.updates });
         }
         let mut ending = Ending::Done;
         while state.agent.updates < schedule.total_updates() {

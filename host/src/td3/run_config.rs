@@ -1,0 +1,208 @@
+//! A whole run in one file: seed, leg, learning and task.
+//!
+//! Owns the file's shape and the presets. A file names only what it changes
+//! against the paper's numbers; a name it should not have is an error.
+
+use super::config::{BadValue, Learning, Schedule, Td3Config};
+use crate::robot::LEG_SCALE_RANGE;
+use crate::run_folder::{self, FileError};
+use crate::sim::AntEnvConfig;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Table 1 as a file, with what it leaves open.
+pub const PAPER: &str = include_str!("../../configs/paper.toml");
+/// A first gait in minutes.
+pub const QUICK: &str = include_str!("../../configs/quick.toml");
+
+/// Why a configuration cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The disk's reason.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// No TOML, an unknown name, or a value of another kind.
+    #[error("{path} is no training configuration: {source}")]
+    Parse {
+        /// Which file.
+        path: PathBuf,
+        /// Where and why.
+        source: Box<toml::de::Error>,
+    },
+    /// A number out of its range.
+    #[error("{path}: {source}")]
+    Value {
+        /// Which file.
+        path: PathBuf,
+        /// Which number.
+        source: BadValue,
+    },
+    /// A number that TOML cannot hold.
+    #[error("cannot write {path}")]
+    Unwritable {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: Box<toml::ser::Error>,
+    },
+}
+
+/// Everything that decides a run's result, beside the robot.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RunConfig {
+    /// Names every random number.
+    pub seed: u64,
+    /// Shins of the built-in Ant, as multiples of the paper's "1 L".
+    pub leg_scale: LegScale,
+    /// The algorithm.
+    pub td3: Td3Config,
+    /// The run's length.
+    pub schedule: Schedule,
+    /// The task.
+    pub env: AntEnvConfig,
+}
+
+/// A number that is 1 unless a file says otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct LegScale(pub f64);
+
+impl Default for LegScale {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+impl RunConfig {
+    /// Reads a configuration; `path` names it in errors.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where it is no configuration or a number is out of range.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
+        let config: Self = toml::from_str(text)
+            .map_err(|source| ConfigError::Parse { path: path.to_owned(), source: Box::new(source) })?;
+        config.check().map_err(|source| ConfigError::Value { path: path.to_owned(), source })?;
+        Ok(config)
+    }
+
+    /// Reads a configuration file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if it cannot be read, or as [`Self::parse`].
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(FileError::on("read", path))?;
+        Self::parse(&text, path)
+    }
+
+    /// Writes every number, defaults included.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with the old file still in place.
+    pub fn save(&self, path: &Path) -> Result<(), ConfigError> {
+        let text = toml::to_string(self)
+            .map_err(|source| ConfigError::Unwritable { path: path.to_owned(), source: Box::new(source) })?;
+        Ok(run_folder::write(path, text.as_bytes())?)
+    }
+
+    /// Algorithm and schedule, without the task.
+    pub fn learning(&self) -> Learning {
+        Learning { td3: self.td3.clone(), schedule: self.schedule.clone() }
+    }
+
+    fn check(&self) -> Result<(), BadValue> {
+        self.learning().check()?;
+        let LegScale(leg) = self.leg_scale;
+        let (least, most) = LEG_SCALE_RANGE;
+        let bad = |name, value: f64, limit| Err(BadValue { name, value: value.to_string(), limit });
+        if !(least..=most).contains(&leg) {
+            return bad("leg_scale", leg, "0.3 to 2");
+        }
+        // An episode without end never finishes an evaluation.
+        if !(1..=1_000_000).contains(&self.env.episode_steps) {
+            return bad("env.episode_steps", self.env.episode_steps.into(), "1 to 1,000,000");
+        }
+        if self.env.slew_limit_rad_s.is_some_and(|limit| !(limit > 0.0 && limit.is_finite())) {
+            return bad("env.slew_limit_rad_s", self.env.slew_limit_rad_s.unwrap_or(0.0), "above 0");
+        }
+        let reward = &self.env.reward;
+        let weights = [
+            ("env.reward.alive", reward.alive),
+            ("env.reward.alive_height_m", reward.alive_height_m),
+            ("env.reward.forward", reward.forward),
+            ("env.reward.electricity", reward.electricity),
+            ("env.reward.stall", reward.stall),
+            ("env.reward.joint_at_limit", reward.joint_at_limit),
+            ("env.reward.feet_collision", reward.feet_collision),
+            ("env.reward.drift", reward.drift),
+            ("env.reward.heading", reward.heading),
+        ];
+        match weights.into_iter().find(|(_, weight)| !(weight.abs() <= 1000.0)) {
+            Some((name, weight)) => bad(name, weight, "-1000 to 1000"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<RunConfig, ConfigError> {
+        RunConfig::parse(text, Path::new("mine.toml"))
+    }
+
+    #[test]
+    fn the_paper_preset_is_table_1_and_the_default() {
+        let paper = parse(PAPER).unwrap();
+
+        assert_eq!(paper, RunConfig::default());
+        assert_eq!(paper.td3.buffer_size, 20_000);
+        assert_eq!((paper.td3.actor_learning_rate, paper.td3.critic_learning_rate), (3e-4, 1e-3));
+        assert_eq!((paper.td3.gamma, paper.td3.tau, paper.td3.policy_delay), (0.99, 0.005, 2));
+        assert_eq!((paper.td3.policy_noise, paper.td3.exploration_noise), (0.2, 0.1));
+        assert_eq!((paper.td3.batch_size, paper.td3.hidden_layers, paper.td3.hidden_width), (128, 3, 128));
+        assert_eq!((paper.schedule.training_envs, paper.schedule.evaluation_episodes), (8, 50));
+        assert_eq!(paper.schedule.total_updates(), 250_000);
+        assert_eq!(paper.schedule.env_steps_per_update, 10);
+    }
+
+    #[test]
+    fn the_quick_preset_is_usable_and_short() {
+        let quick = parse(QUICK).unwrap();
+
+        assert!(quick.schedule.total_updates() <= 100_000);
+    }
+
+    #[test]
+    fn a_saved_configuration_comes_back_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("config.toml");
+        let mut config = parse(QUICK).unwrap();
+        config.seed = 12;
+
+        config.save(&path).unwrap();
+
+        assert_eq!(RunConfig::load(&path).unwrap(), config);
+    }
+
+    #[test]
+    fn an_unknown_name_or_a_bad_number_is_refused_with_its_name() {
+        for (text, named) in [
+            ("[td3]\nbatchsize = 3", "batchsize"),
+            ("[td3]\nbatch_size = 0", "td3.batch_size is 0"),
+            ("[td3]\ngamma = 1.0", "td3.gamma is 1"),
+            ("[td3]\ntau = nan", "td3.tau is NaN"),
+            ("[schedule]\nround_updates = 7", "schedule.updates_per_epoch is 2500"),
+            ("[env]\nepisode_steps = 0", "env.episode_steps is 0"),
+            ("[env]\nslew_limit_rad_s = -1.0", "env.slew_limit_rad_s is -1"),
+            ("[env.reward]\nforward = inf", "env.reward.forward is inf"),
+            ("leg_scale = 9.0", "leg_scale is 9"),
+        ] {
+            let error = parse(text).unwrap_err().to_string();
+
+            assert!(error.contains(named) && error.contains("mine.toml"), "{error}");
+        }
+    }
+}
