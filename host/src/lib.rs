@@ -16,9 +16,12 @@ pub mod robot;
 pub mod fit;
 pub mod gait_file;
 pub mod joint_map;
+pub mod link;
+pub mod robot;
 pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;
 pub mod trajectory;
 #[cfg(feature = "train")]
 pub mod td3;
+pub mod upload;

@@ -1,0 +1,123 @@
+//! Finds and opens the robot's port.
+//!
+//! Owns the list of USB adapters that Nanos come with. Refuses to guess
+//! between several.
+
+use super::{Link, LinkError, Patience};
+use serialport::{SerialPort, SerialPortInfo, SerialPortType};
+use std::time::Duration;
+
+/// The firmware's baud rate, 8N1.
+pub const BAUD_RATE: u32 = 115_200;
+/// A read returns at the latest after this time; a session asks again.
+const READ_TIMEOUT: Duration = Duration::from_millis(20);
+
+/// USB vendor and product of the chips on Nanos; `None` is every product.
+const NANO_USB_IDS: [(u16, Option<u16>, &str); 4] = [
+    (0x0403, Some(0x6001), "FTDI FT232R"),
+    (0x1A86, Some(0x7523), "CH340"),
+    (0x2341, None, "Arduino"),
+    (0x10C4, Some(0xEA60), "CP210x"),
+];
+
+/// A link over a serial port.
+pub type SerialLink = Link<Box<dyn SerialPort>>;
+
+/// Opens `port`, or the only Nano there is, and waits for the robot's hello.
+///
+/// # Errors
+/// [`LinkError::NoPort`] and [`LinkError::SeveralPorts`] list what is there;
+/// else as [`Link::connect`].
+pub fn connect(port: Option<&str>) -> Result<SerialLink, LinkError> {
+    let name = match port {
+        Some(name) => name.to_owned(),
+        None => choose(available()?)?,
+    };
+    let opened = serialport::new(&name, BAUD_RATE)
+        .timeout(READ_TIMEOUT)
+        // Where the system does not do so itself: resets the Nano, whose state is then known.
+        .dtr_on_open(true)
+        .open()
+        .map_err(|source| LinkError::Open { port: name.clone(), source })?;
+    Link::connect(opened, &name, Patience::default())
+}
+
+fn available() -> Result<Vec<SerialPortInfo>, LinkError> {
+    // serialport panics where this is missing, as in some containers.
+    if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
+        return Ok(Vec::new());
+    }
+    serialport::available_ports().map_err(|source| LinkError::List { source })
+}
+
+/// The one port that can be a Nano.
+fn choose(ports: Vec<SerialPortInfo>) -> Result<String, LinkError> {
+    let nanos: Vec<_> = ports.iter().filter_map(|p| Some((&p.port_name, nano_chip(&p.port_type)?))).collect();
+    match nanos.as_slice() {
+        [(name, _)] => Ok((*name).clone()),
+        [] => Err(LinkError::NoPort { others: ports.into_iter().map(|p| p.port_name).collect() }),
+        several => {
+            let ports = several.iter().map(|(name, chip)| format!("{name} ({chip})")).collect();
+            Err(LinkError::SeveralPorts { ports })
+        }
+    }
+}
+
+/// The adapter's name if it is one that Nanos come with.
+fn nano_chip(port: &SerialPortType) -> Option<&'static str> {
+    let SerialPortType::UsbPort(usb) = port else { return None };
+    NANO_USB_IDS
+        .iter()
+        .find(|(vid, pid, _)| *vid == usb.vid && pid.is_none_or(|pid| pid == usb.pid))
+        .map(|(_, _, name)| *name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serialport::UsbPortInfo;
+
+    fn usb(name: &str, vid: u16, pid: u16) -> SerialPortInfo {
+        let info = UsbPortInfo {
+            vid,
+            pid,
+            serial_number: None,
+            manufacturer: None,
+            product: None,
+        };
+        SerialPortInfo { port_name: name.into(), port_type: SerialPortType::UsbPort(info) }
+    }
+
+    #[test]
+    fn the_only_nano_is_chosen_among_other_devices() {
+        let modem = usb("/dev/ttyACM0", 0x1234, 0x0001);
+        let builtin =
+            SerialPortInfo { port_name: "/dev/ttyS0".into(), port_type: SerialPortType::Unknown };
+        let nano = usb("/dev/ttyUSB0", 0x1A86, 0x7523);
+
+        assert_eq!(choose(vec![modem, builtin, nano]).unwrap(), "/dev/ttyUSB0");
+    }
+
+    #[test]
+    fn no_nano_lists_what_is_there() {
+        let message = choose(vec![usb("/dev/ttyACM0", 0x1234, 1)]).unwrap_err().to_string();
+
+        assert_eq!(message, "no robot found: none of the serial ports is a Nano's (/dev/ttyACM0)");
+        assert_eq!(
+            choose(vec![]).unwrap_err().to_string(),
+            "no robot found: there is no serial port at all"
+        );
+    }
+
+    #[test]
+    fn two_nanos_are_not_guessed_between() {
+        let error =
+            choose(vec![usb("/dev/ttyUSB0", 0x0403, 0x6001), usb("/dev/ttyACM1", 0x2341, 0x0043)]).unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "2 ports could be the robot: /dev/ttyUSB0 (FTDI FT232R), /dev/ttyACM1 (Arduino)"
+        );
+        assert_eq!(error.help().unwrap(), "say which one: --port /dev/ttyUSB0");
+    }
+}
