@@ -140,14 +140,18 @@ pub fn fit(
     for joint in Joint::ALL {
         let sign = scale.signs[joint.index()];
         let actions: Vec<f64> = rows.iter().map(|row| sign * row[joint.index()]).collect();
-        let coefficients =
-            basis.fit(&actions).ok_or(FitError::Undetermined { joint: joint.name() })?;
+        let coefficients = basis.fit(&actions).ok_or(FitError::Undetermined { joint: joint.name() })?;
         fits.push(in_degrees(coefficients, &phases, &actions, scale));
     }
     fits.try_into().map_err(|_| FitError::TooFewRows { rows: rows.len() })
 }
 
-fn in_degrees(mut curve: [f64; COEFFICIENT_COUNT], phases: &[f64], actions: &[f64], scale: &Scale) -> JointFit {
+fn in_degrees(
+    mut curve: [f64; COEFFICIENT_COUNT],
+    phases: &[f64],
+    actions: &[f64],
+    scale: &Scale,
+) -> JointFit {
     let residual_square = phases
         .iter()
         .zip(actions)

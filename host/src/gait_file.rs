@@ -12,8 +12,8 @@ pub mod limits;
 
 use crate::run_folder::{self, FileError};
 use protocol::gait::{
-    COEFFICIENT_COUNT, COEFFICIENT_UNITS_PER_DEG, GaitError, MAX_DEVIATION_DEG, MAX_ENCODED_LEN, MAX_LIMIT_DEG,
-    MAX_PERIOD_US, MIN_PERIOD_US,
+    COEFFICIENT_COUNT, COEFFICIENT_UNITS_PER_DEG, GaitError, MAX_DEVIATION_DEG, MAX_ENCODED_LEN,
+    MAX_LIMIT_DEG, MAX_PERIOD_US, MIN_PERIOD_US,
 };
 use protocol::{Angle, GaitTable, JOINT_COUNT, Joint, JointCurve, Name};
 use serde::{Deserialize, Serialize};
@@ -452,7 +452,12 @@ impl GaitFile {
         for joint in Joint::ALL {
             joints[joint.index()] = self.joints[joint.index()].quantise(joint.name())?;
         }
-        Ok(GaitTable { name, period_us: (period_s * 1e6).round() as u32, unit: Angle::from_deg(unit_deg), joints })
+        Ok(GaitTable {
+            name,
+            period_us: (period_s * 1e6).round() as u32,
+            unit: Angle::from_deg(unit_deg),
+            joints,
+        })
     }
 
     /// The table's bytes, as in `gait.bin` and as the robot stores them.

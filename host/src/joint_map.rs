@@ -95,7 +95,8 @@ mod tests {
 
     #[test]
     fn what_a_flag_says_stands_and_the_file_fills_the_rest() {
-        let file: JointMap = toml::from_str("negate = [\"ank3\"]\nunit_deg = 30.0\nlimit_deg = 50.0").unwrap();
+        let file: JointMap =
+            toml::from_str("negate = [\"ank3\"]\nunit_deg = 30.0\nlimit_deg = 50.0").unwrap();
         let flags = JointMap { unit_deg: Some(24.0), ..Default::default() };
 
         let map = flags.or(file);

@@ -21,7 +21,9 @@ pub mod robot;
 pub mod run_folder;
 #[cfg(feature = "sim")]
 pub mod sim;
+pub mod tracker;
 pub mod trajectory;
 #[cfg(feature = "train")]
 pub mod td3;
+pub mod trial;
 pub mod upload;

@@ -62,7 +62,9 @@ pub enum TrajectoryError {
         first_line: String,
     },
     /// A column was given a name that means nothing.
-    #[error("column {name:?} is neither a joint (hip1 to hip4, knee1 to knee4 or ank1 to ank4), {TIME_COLUMN}, nor {SKIPPED_COLUMN}")]
+    #[error(
+        "column {name:?} is neither a joint (hip1 to hip4, knee1 to knee4 or ank1 to ank4), {TIME_COLUMN}, nor {SKIPPED_COLUMN}"
+    )]
     UnknownColumn {
         /// The name.
         name: String,
@@ -243,7 +245,8 @@ fn given_columns(names: &[String]) -> Result<Vec<Column>, TrajectoryError> {
     names
         .iter()
         .map(|name| {
-            Column::from_name(name.trim()).ok_or_else(|| TrajectoryError::UnknownColumn { name: name.clone() })
+            Column::from_name(name.trim())
+                .ok_or_else(|| TrajectoryError::UnknownColumn { name: name.clone() })
         })
         .collect()
 }
@@ -294,7 +297,12 @@ impl Layout {
         })
     }
 
-    fn read_rows(&self, path: &Path, rows: &[StringRecord], file: &[u8]) -> Result<Trajectory, TrajectoryError> {
+    fn read_rows(
+        &self,
+        path: &Path,
+        rows: &[StringRecord],
+        file: &[u8],
+    ) -> Result<Trajectory, TrajectoryError> {
         let mut times_s = Vec::new();
         let mut actions = Vec::with_capacity(rows.len());
         let mut lines = Vec::with_capacity(rows.len());

@@ -33,7 +33,9 @@ impl Stage {
     pub const fn leaves(self) -> &'static str {
         match self {
             Self::Transfer => "the robot keeps the gait it had",
-            Self::Commit => "the robot has either the old gait or the new one, whole; repeat the upload to be sure",
+            Self::Commit => {
+                "the robot has either the old gait or the new one, whole; repeat the upload to be sure"
+            }
             Self::Verify | Self::Save => {
                 "the new gait is active until the next reset, and may not be saved; repeat the upload"
             }

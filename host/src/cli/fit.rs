@@ -165,7 +165,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn unreadable(error: TrajectoryError) -> Failure {
     let help = match &error {
-        TrajectoryError::File(_) => "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own",
+        TrajectoryError::File(_) => {
+            "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own"
+        }
         TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
             "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
         }
@@ -206,7 +208,8 @@ fn joint_map(args: &Args) -> Result<JointMap, Failure> {
 }
 
 fn check_flags(args: &Args) -> Result<(), Failure> {
-    let ranges = [("time-stretch", Some(args.time_stretch), 0.01, 1000.0), ("period", args.period, 1e-3, 1e4)];
+    let ranges =
+        [("time-stretch", Some(args.time_stretch), 0.01, 1000.0), ("period", args.period, 1e-3, 1e4)];
     for (flag, value, min, max) in ranges {
         check_range(flag, value, min, max)?;
     }
@@ -236,7 +239,11 @@ fn choose(args: &Args, trajectory: &Trajectory) -> Result<Chosen, Failure> {
         None if trajectory.is_own_stride => (whole, None),
         None => {
             let found = loop_finder::find_loop(&trajectory.actions).map_err(|e| {
-                failure_with_help(Cause::Input, e, "name the rows of one stride yourself: --rows A..B, or --rows all")
+                failure_with_help(
+                    Cause::Input,
+                    e,
+                    "name the rows of one stride yourself: --rows A..B, or --rows all",
+                )
             })?;
             (found.rows.clone(), Some(found))
         }
@@ -318,7 +325,8 @@ fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
         (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
         _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
     };
-    let name: String = name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
+    let name: String =
+        name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
     if name.trim().is_empty() { "gait".into() } else { name }
 }
 

@@ -1,8 +1,264 @@
-use super::Failure;
+//! `host measure`: walk a trial, then judge it.
+//!
+//! Owns the flags, the checks before anything moves, and the order of things
+//! after: numbers are printed before files are written, so a full disk costs
+//! no trial. The walk is [`crate::trial`]'s, the arithmetic [`crate::energy`]'s.
 
+mod distance;
+mod report;
+
+use super::explain::{failure, failure_with_help, file_cause};
+use super::upload_gait::{link_cause, unreachable_robot};
+use super::{Cause, Failure};
+use crate::gait_file::limits::{LeavesLimits, as_typed};
+use crate::gait_file::{GaitFile, gait_sha256};
+use crate::link::ports::{self, SerialLink};
+use crate::link::{LinkError, words};
+use crate::robot::Robot;
+use crate::run_folder::{self, FileError};
+use crate::trial::table::{self, Row, TableError};
+use crate::trial::{self, TrialStop, clock};
+use distance::Source;
+use indicatif::{ProgressBar, ProgressStyle};
+use protocol::command::ActiveGait;
+use protocol::{Amplitude, FRAME_RATE_HZ, GaitTable, Refusal, State};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use thiserror::Error;
+
+/// Walk a trial and compute cost of transport and speed.
+///
+/// The trial starts with the first gait frame, after the slow entry; energy,
+/// distance and frames cover the same interval. Without --distance and
+/// --tracker you are asked for the distance afterwards.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Length of the trial in seconds
+    #[arg(long, value_name = "S", default_value_t = 12.0)]
+    duration: f64,
+    /// Amplitude of this trial [default: as uploaded]
+    #[arg(long = "amp", value_name = "X")]
+    amplitude: Option<f64>,
+    /// Walk even if joints are held at their limits at --amp
+    #[arg(long)]
+    clip: bool,
+    /// Net horizontal distance, known beforehand
+    #[arg(long, value_name = "M", conflicts_with = "tracker", allow_negative_numbers = true)]
+    distance: Option<f64>,
+    /// Positions: CSV with time_s,x_m,y_m (Unix time, or 0 = first gait frame), or the virtual
+    /// robot's JSON lines
+    #[arg(long, value_name = "FILE")]
+    tracker: Option<PathBuf>,
+    /// Mass of the robot [default: from the run's robot.toml, else the Ant's]
+    #[arg(long, value_name = "KG")]
+    mass_kg: Option<f64>,
+    /// Serial port [default: the only Nano on USB]
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
+    /// Folder for trials.csv and the telemetry [default: the last run]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
 
-pub fn run(_args: Args) -> Result<(), Failure> {
-    todo!()
+#[derive(Debug, Error)]
+enum MeasureError {
+    #[error("--{flag} is {value}; it must be within {min} to {max}")]
+    Flag { flag: &'static str, value: f64, min: f64, max: f64 },
+    #[error("the distance is unknown, and nobody can be asked: standard input is no terminal")]
+    NoDistance,
+    #[error("no distance was entered; the trial is noted without one")]
+    NoAnswer,
+    #[error("the robot's gait cannot be played at this amplitude")]
+    Limits { source: LeavesLimits },
+    #[error("no telemetry of the trial arrived, so its place in the tracker's recording is unknown")]
+    NoTelemetry,
+    #[error("cannot catch Ctrl-C")]
+    Signal { source: ctrlc::Error },
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    let frames = check_flags(&args)?;
+    let source = Source::choose(args.distance, args.tracker.as_deref())?;
+    let folder = folder(&args)?;
+    table::load(&folder).map_err(unwritable)?;
+    let mass_kg = mass_kg(&args, &folder)?;
+
+    let mut link = ports::connect(args.port.as_deref()).map_err(unreachable_robot)?;
+    let gait = Gait::on(&mut link, &args)?;
+    let stop = interruptible()?;
+    let bar = progress_bar(frames, args.json);
+    let trial = trial::walk(
+        &mut link,
+        frames,
+        args.amplitude.and_then(Amplitude::from_f64),
+        &stop,
+        |state, played| {
+            bar.set_message(words::state(state));
+            if state != State::Entering {
+                bar.set_position(u64::from(played));
+            }
+        },
+    );
+    bar.finish_and_clear();
+    let mut trial = trial.map_err(unreachable_robot)?;
+    drop(link);
+    // Nothing moves any more: from here on Ctrl-C ends the program at once.
+    stop.store(true, Ordering::Relaxed);
+
+    let mut outcome = report::Outcome::of(&trial, &gait, mass_kg);
+    let telemetry = table::write_telemetry(&folder, &trial.samples);
+    if let Ok(path) = &telemetry {
+        outcome.row.telemetry = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    let failed = match trial.stop.take() {
+        Some(stop) => Some(stopped(stop, &mut outcome.row)),
+        None => outcome.judge(&source, clock::interval(&trial.samples)).err(),
+    };
+    outcome.row.time = jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string();
+    outcome.print(&args, &folder);
+    let noted = table::append(&folder, &outcome.row);
+    if let Some(failed) = failed {
+        return Err(failed);
+    }
+    telemetry.map_err(|e| unwritable(e.into()))?;
+    noted.map_err(unwritable)?;
+    Ok(())
+}
+
+/// What the robot is about to walk.
+struct Gait {
+    active: ActiveGait,
+    amplitude: Amplitude,
+    sha256: String,
+}
+
+impl Gait {
+    /// Brings the robot to rest and looks at the gait it has.
+    fn on(link: &mut SerialLink, args: &Args) -> Result<Self, Failure> {
+        let no_gait = LinkError::Refused { command: "walk", refusal: Refusal::NoGait };
+        trial::prepare(link).map_err(unreachable_robot)?;
+        let status = link.status().map_err(unreachable_robot)?;
+        let Some(active) = status.gait else { return Err(unreachable_robot(no_gait)) };
+        let bytes = link.read_gait().map_err(unreachable_robot)?;
+        let amplitude = args.amplitude.and_then(Amplitude::from_f64).unwrap_or(active.amplitude);
+        if let (Some(asked), Ok(table), false) = (args.amplitude, GaitTable::decode(&bytes), args.clip) {
+            GaitFile::from_table(&table).check_limits(asked).map_err(|source| {
+                let help = match source.largest {
+                    Some(largest) => format!("the largest amplitude that fits is {largest}; or --clip"),
+                    None => "no amplitude fits; --clip holds joints at their limits".to_owned(),
+                };
+                failure_with_help(Cause::Input, MeasureError::Limits { source }, help)
+            })?;
+        }
+        Ok(Self { active, amplitude, sha256: gait_sha256(&bytes) })
+    }
+
+    /// Where it came from, if a file of the run is this very gait.
+    fn source(&self, folder: &Path) -> Option<&'static str> {
+        let gait = GaitFile::load(&folder.join(run_folder::GAIT)).ok()?;
+        (gait_sha256(&gait.encoded().ok()?) == self.sha256).then(|| gait.provenance.source.name())
+    }
+}
+
+fn check_flags(args: &Args) -> Result<u32, Failure> {
+    let range = |flag, value: Option<f64>, min: f64, max: f64| match value {
+        Some(value) if !(min..=max).contains(&value) => {
+            Err(failure(Cause::Usage, MeasureError::Flag { flag, value, min, max }))
+        }
+        _ => Ok(()),
+    };
+    range("duration", Some(args.duration), 0.1, 3600.0)?;
+    range("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value())?;
+    range("distance", args.distance, 0.0, 1e4)?;
+    range("mass-kg", args.mass_kg, 0.01, 1e3)?;
+    Ok((args.duration * f64::from(FRAME_RATE_HZ)).round() as u32)
+}
+
+fn folder(args: &Args) -> Result<PathBuf, Failure> {
+    let machine = |e: FileError| failure(file_cause(&e), e);
+    let latest = Path::new(run_folder::LATEST);
+    match &args.out {
+        Some(out) => {
+            std::fs::create_dir_all(out).map_err(FileError::on("create", out)).map_err(machine)?;
+            Ok(out.clone())
+        }
+        None if latest.is_dir() => Ok(latest.to_owned()),
+        None => {
+            let folder = run_folder::create("measure").map_err(machine)?;
+            run_folder::make_latest(&folder).map_err(machine)?;
+            Ok(folder)
+        }
+    }
+}
+
+fn mass_kg(args: &Args, folder: &Path) -> Result<f64, Failure> {
+    if let Some(mass_kg) = args.mass_kg {
+        return Ok(mass_kg);
+    }
+    let described = folder.join(run_folder::ROBOT);
+    let robot = if described.is_file() { Robot::load(&described) } else { Robot::ant(1.0) };
+    robot
+        .map(|robot| robot.mass_kg())
+        .map_err(|e| failure_with_help(Cause::Input, e, "or give the robot's mass: --mass-kg KG"))
+}
+
+fn unwritable(error: TableError) -> Failure {
+    match &error {
+        TableError::File(file) => {
+            let cause = file_cause(file);
+            failure_with_help(cause, error, "free some space, or choose another folder: --out DIR")
+        }
+        TableError::Columns { .. } => {
+            failure_with_help(Cause::Input, error, "move it away, or choose another folder: --out DIR")
+        }
+    }
+}
+
+/// Notes why the trial does not count, and what that means for the exit code.
+fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
+    row.reason = Some(match &stop {
+        TrialStop::Link { source } => source.to_string(),
+        other => other.to_string(),
+    });
+    let help = match &stop {
+        TrialStop::Fault { fault } => words::fault_help(*fault).to_owned(),
+        TrialStop::Early { .. } | TrialStop::Stuck { .. } => "repeat the trial; see its telemetry".to_owned(),
+        TrialStop::Entry => "is a leg caught? The robot was told to stop".to_owned(),
+        TrialStop::Link { source } => {
+            source.help().unwrap_or_else(|| "check cable and supply, and repeat the trial".to_owned())
+        }
+        TrialStop::Interrupted => return failure(Cause::Interrupted, stop),
+    };
+    let cause = match &stop {
+        TrialStop::Link { source } => link_cause(source),
+        _ => Cause::Robot,
+    };
+    failure_with_help(cause, stop, format!("{help}. The trial is noted as not valid"))
+}
+
+/// From now on, Ctrl-C asks the walk to stop; a second one ends the program.
+fn interruptible() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let asked = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(Cause::Interrupted as i32);
+        }
+    };
+    ctrlc::set_handler(asked).map_err(|source| failure(Cause::Machine, MeasureError::Signal { source }))?;
+    Ok(stop)
+}
+
+fn progress_bar(frames: u32, json: bool) -> ProgressBar {
+    if json {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(u64::from(frames));
+    let style = ProgressStyle::with_template("{msg:9} {bar:40} {pos}/{len} frames, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
 }

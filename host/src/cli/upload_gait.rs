@@ -5,7 +5,7 @@
 
 use super::explain::{failure, failure_with_help};
 use super::{Cause, Failure};
-use crate::gait_file::limits::LeavesLimits;
+use crate::gait_file::limits::{LeavesLimits, as_typed};
 use crate::gait_file::{GaitFile, GaitFileError, gait_sha256};
 use crate::link::{LinkError, ports};
 use crate::run_folder;
@@ -82,7 +82,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             "gait_crc32": format!("{:08x}", uploaded.gait.crc32),
             "gait_sha256": sha256,
             "gait_source": gait.provenance.source.name(),
-            "amplitude": uploaded.gait.amplitude.value(),
+            "amplitude": as_typed(uploaded.gait.amplitude),
             "period_s": gait.period_s,
             "clipped_share": clipped_share,
             "saved": uploaded.storage == Storage::Saved,
@@ -98,7 +98,12 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn print_words(uploaded: &Uploaded, sha256: &str, len: usize, clipped_share: f64) {
     let gait = &uploaded.gait;
-    println!("the robot has gait \"{}\" (CRC {:08x}) at {:.3}x", gait.name.as_str(), gait.crc32, gait.amplitude.value());
+    println!(
+        "the robot has gait \"{}\" (CRC {:08x}) at {}x",
+        gait.name.as_str(),
+        gait.crc32,
+        as_typed(gait.amplitude)
+    );
     println!("sha256 {sha256}");
     if clipped_share > 0.0 {
         println!("joints will be held at their limits during {:.1} % of each stride", 100.0 * clipped_share);

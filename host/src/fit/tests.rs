@@ -65,7 +65,8 @@ fn a_continuous_seam_joins_value_and_slope() {
 
     let fit = &fit(&rows, &SCALE, Seam::Continuous).unwrap()[0];
 
-    let slope = |phase: f64| (fit.series.deviation_deg(phase + 1e-6) - fit.series.deviation_deg(phase)) / 1e-6;
+    let slope =
+        |phase: f64| (fit.series.deviation_deg(phase + 1e-6) - fit.series.deviation_deg(phase)) / 1e-6;
     assert!(fit.seam_jump_deg.abs() < 1e-9, "{}", fit.seam_jump_deg);
     assert!((slope(0.0) - slope(1.0 - 1e-6)).abs() < 0.05, "{} {}", slope(0.0), slope(1.0 - 1e-6));
 }

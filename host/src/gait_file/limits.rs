@@ -117,6 +117,12 @@ pub fn round_down(amplitude: f64) -> f64 {
     (amplitude * 100.0 + 1e-9).floor() / 100.0
 }
 
+/// The amplitude as it was typed: the robot's is rounded to 1/8192, and back to three decimals here.
+#[must_use]
+pub fn as_typed(amplitude: Amplitude) -> f64 {
+    (amplitude.value() * 1000.0).round() / 1000.0
+}
+
 impl JointSeries {
     /// Lowest and highest deviation from the centre at amplitude 1.0, in degrees.
     #[must_use]

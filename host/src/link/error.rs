@@ -152,7 +152,8 @@ fn open_help(port: &str, source: &serialport::Error) -> String {
             "your user may not use serial ports: sudo usermod -aG dialout $USER, then log in again".to_owned()
         }
         ErrorKind::Io(Io::NotFound) => {
-            "see what is there: ls /dev/ttyUSB* /dev/ttyACM*; without --port the robot is looked for".to_owned()
+            "see what is there: ls /dev/ttyUSB* /dev/ttyACM*; without --port the robot is looked for"
+                .to_owned()
         }
         ErrorKind::NoDevice => format!("does another program hold it? lsof {port} tells"),
         _ => format!("is {port} a serial port?"),

@@ -78,21 +78,14 @@ mod tests {
     use serialport::UsbPortInfo;
 
     fn usb(name: &str, vid: u16, pid: u16) -> SerialPortInfo {
-        let info = UsbPortInfo {
-            vid,
-            pid,
-            serial_number: None,
-            manufacturer: None,
-            product: None,
-        };
+        let info = UsbPortInfo { vid, pid, serial_number: None, manufacturer: None, product: None };
         SerialPortInfo { port_name: name.into(), port_type: SerialPortType::UsbPort(info) }
     }
 
     #[test]
     fn the_only_nano_is_chosen_among_other_devices() {
         let modem = usb("/dev/ttyACM0", 0x1234, 0x0001);
-        let builtin =
-            SerialPortInfo { port_name: "/dev/ttyS0".into(), port_type: SerialPortType::Unknown };
+        let builtin = SerialPortInfo { port_name: "/dev/ttyS0".into(), port_type: SerialPortType::Unknown };
         let nano = usb("/dev/ttyUSB0", 0x1A86, 0x7523);
 
         assert_eq!(choose(vec![modem, builtin, nano]).unwrap(), "/dev/ttyUSB0");
@@ -103,16 +96,13 @@ mod tests {
         let message = choose(vec![usb("/dev/ttyACM0", 0x1234, 1)]).unwrap_err().to_string();
 
         assert_eq!(message, "no robot found: none of the serial ports is a Nano's (/dev/ttyACM0)");
-        assert_eq!(
-            choose(vec![]).unwrap_err().to_string(),
-            "no robot found: there is no serial port at all"
-        );
+        assert_eq!(choose(vec![]).unwrap_err().to_string(), "no robot found: there is no serial port at all");
     }
 
     #[test]
     fn two_nanos_are_not_guessed_between() {
-        let error =
-            choose(vec![usb("/dev/ttyUSB0", 0x0403, 0x6001), usb("/dev/ttyACM1", 0x2341, 0x0043)]).unwrap_err();
+        let error = choose(vec![usb("/dev/ttyUSB0", 0x0403, 0x6001), usb("/dev/ttyACM1", 0x2341, 0x0043)])
+            .unwrap_err();
 
         assert_eq!(
             error.to_string(),

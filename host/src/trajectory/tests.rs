@@ -62,7 +62,8 @@ fn each_hole_in_a_file_is_named() {
 
 #[test]
 fn a_wrong_joint_count_in_the_given_columns_is_refused() {
-    let message = read("1,2,3,4,5,6,7\n", Some("hip1,hip2,hip3,hip4,knee1,knee2,knee3")).unwrap_err().to_string();
+    let message =
+        read("1,2,3,4,5,6,7\n", Some("hip1,hip2,hip3,hip4,knee1,knee2,knee3")).unwrap_err().to_string();
 
     assert!(message.contains("7 of 8 joints: knee4 missing"), "{message}");
 }
@@ -76,8 +77,7 @@ fn an_unknown_name_in_the_given_columns_is_refused() {
 
 #[test]
 fn time_that_jumps_is_refused_with_its_line() {
-    let rows: String =
-        [0.0, 0.1, 0.2, 0.6, 0.7].iter().map(|t| format!("{t},1,2,3,4,5,6,7,8\n")).collect();
+    let rows: String = [0.0, 0.1, 0.2, 0.6, 0.7].iter().map(|t| format!("{t},1,2,3,4,5,6,7,8\n")).collect();
     let trajectory = read(&format!("{HEADER}\n{rows}"), None).unwrap();
 
     let message = trajectory.interval_s(0, 5).unwrap_err().to_string();

@@ -1,0 +1,175 @@
+//! What a trial came to, for people, for scripts and for the table.
+
+use super::distance::Source;
+use super::{Args, Failure, Gait, as_typed, failure};
+use crate::cli::Cause;
+use crate::energy::cost_of_transport;
+use crate::run_folder;
+use crate::trial::Trial;
+use crate::trial::clock::Interval;
+use crate::trial::table::Row;
+use protocol::FRAME_RATE_HZ;
+use serde_json::json;
+use std::path::Path;
+
+/// A robot's clock this far from the host's scales energy and speed alike.
+const CLOCK_WARNING: f64 = 0.01;
+
+/// A trial's row, and what the row does not hold.
+pub struct Outcome<'a> {
+    /// Goes into the table.
+    pub row: Row,
+    gait: &'a Gait,
+    true_energy_j: Option<f64>,
+    frame_rate_hz: Option<f64>,
+}
+
+impl<'a> Outcome<'a> {
+    /// What the robot says.
+    pub fn of(trial: &Trial, gait: &'a Gait, mass_kg: f64) -> Self {
+        let (energy_j, duration_s) = (trial.energy_j(), trial.duration_s());
+        let row = Row {
+            gait_name: gait.active.name.as_str().into(),
+            gait_sha256: gait.sha256.clone(),
+            gait_crc32: format!("{:08x}", gait.active.crc32),
+            amplitude: as_typed(gait.amplitude),
+            frames: trial.frames(),
+            duration_s,
+            energy_j,
+            mean_power_w: (duration_s > 0.0).then(|| energy_j / duration_s),
+            mass_kg,
+            clipped_frames: trial.last().map_or(0, |t| t.clipped_frames),
+            missed_samples: trial.last().map_or(0, |t| t.missed_samples),
+            lost_telemetry_frames: trial.lost_frames(),
+            ..Row::default()
+        };
+        Self { row, gait, true_energy_j: None, frame_rate_hz: None }
+    }
+
+    /// Adds the distance and what follows from it; an error is noted as the reason.
+    pub fn judge(&mut self, source: &Source, interval: Option<Interval>) -> Result<(), Failure> {
+        self.frame_rate_hz = interval.map(|i| i.frame_rate_hz);
+        self.row.distance_source = source.name();
+        let walked = source.walked(interval).inspect_err(|failure| {
+            self.row.reason = Some(failure.report.to_string());
+        })?;
+        self.row.distance_m = Some(walked.distance_m);
+        self.row.speed_m_s = Some(walked.distance_m / self.row.duration_s);
+        self.true_energy_j = walked.true_energy_j;
+        let cost =
+            cost_of_transport(self.row.energy_j, self.row.mass_kg, walked.distance_m).map_err(|e| {
+                self.row.reason = Some(e.to_string());
+                failure(Cause::Input, e)
+            })?;
+        self.row.cost_of_transport = Some(cost);
+        Ok(())
+    }
+
+    /// Prints the trial; warnings go to standard error.
+    pub fn print(&self, args: &Args, folder: &Path) {
+        for warning in self.warnings() {
+            eprintln!("warning: {warning}");
+        }
+        if args.json {
+            self.print_json(folder);
+        } else {
+            self.print_words(folder);
+        }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let row = &self.row;
+        let mut warnings = Vec::new();
+        let percent = |count: f64| 100.0 * count / f64::from(row.frames.max(1));
+        if row.missed_samples > 0 {
+            warnings.push(format!(
+                "{} of {} power samples failed or saturated ({:.1} %); the sample before stood in for them",
+                row.missed_samples,
+                row.frames,
+                percent(row.missed_samples.into())
+            ));
+        }
+        if row.clipped_frames > 0 {
+            warnings.push(format!(
+                "a joint was held at its limit in {} of {} frames ({:.1} %)",
+                row.clipped_frames,
+                row.frames,
+                percent(row.clipped_frames.into())
+            ));
+        }
+        let rate = f64::from(FRAME_RATE_HZ);
+        if let Some(measured) = self.frame_rate_hz.filter(|hz| (hz / rate - 1.0).abs() > CLOCK_WARNING) {
+            warnings.push(format!(
+                "the robot plays {measured:.2} frames a second by this computer's clock, not {FRAME_RATE_HZ}: \
+                 energy, power and speed go by the robot's"
+            ));
+        }
+        warnings
+    }
+
+    fn print_words(&self, folder: &Path) {
+        let row = &self.row;
+        println!(
+            "gait \"{}\" (CRC {}) at {}x, {} frames in {:.2} s",
+            row.gait_name, row.gait_crc32, row.amplitude, row.frames, row.duration_s
+        );
+        println!("energy             {:8.3} J", row.energy_j);
+        if let Some(true_energy_j) = self.true_energy_j {
+            println!("  by the battery   {true_energy_j:8.3} J");
+        }
+        let figures = [
+            ("mean power", row.mean_power_w, "W"),
+            ("distance", row.distance_m, "m"),
+            ("speed", row.speed_m_s, "m/s"),
+            ("mass", Some(row.mass_kg), "kg"),
+            ("cost of transport", row.cost_of_transport, ""),
+        ];
+        for (name, value, unit) in figures {
+            match value {
+                Some(value) => println!("{name:18} {value:8.3} {unit}"),
+                None => println!("{name:18}  unknown"),
+            }
+        }
+        if row.lost_telemetry_frames > 0 {
+            println!(
+                "telemetry of {} frames was lost; the robot's own sums are whole",
+                row.lost_telemetry_frames
+            );
+        }
+        println!(
+            "noted in {} and {}",
+            folder.join(run_folder::TRIALS).display(),
+            folder.join(&row.telemetry).display()
+        );
+    }
+
+    fn print_json(&self, folder: &Path) {
+        let row = &self.row;
+        let result = json!({
+            "valid": row.reason.is_none(),
+            "reason": row.reason,
+            "gait_name": row.gait_name,
+            "gait_sha256": row.gait_sha256,
+            "gait_crc32": row.gait_crc32,
+            "gait_source": self.gait.source(folder),
+            "amplitude": row.amplitude,
+            "frames_played": row.frames,
+            "duration_s": row.duration_s,
+            "energy_j": row.energy_j,
+            "true_energy_j": self.true_energy_j,
+            "mean_power_w": row.mean_power_w,
+            "distance_m": row.distance_m,
+            "distance_source": row.distance_source,
+            "speed_m_s": row.speed_m_s,
+            "mass_kg": row.mass_kg,
+            "cost_of_transport": row.cost_of_transport,
+            "clipped_frames": row.clipped_frames,
+            "missed_samples": row.missed_samples,
+            "lost_telemetry_frames": row.lost_telemetry_frames,
+            "frame_rate_hz": self.frame_rate_hz,
+            "trials": folder.join(run_folder::TRIALS),
+            "telemetry": folder.join(&row.telemetry),
+        });
+        println!("{result:#}");
+    }
+}
