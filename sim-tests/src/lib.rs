@@ -1,1 +1,11 @@
-//! x
+//! The virtual robot: the real firmware image on an emulated Nano, its chips,
+//! and a simulated body, all in one emulated time.
+//!
+//! Owns everything that stands in for hardware. Refuses to be shipped: what
+//! links simavr is, as a whole, under simavr's GPL-3, and nothing imports
+//! this crate.
+
+pub mod devices;
+pub mod electric;
+pub mod firmware_image;
+pub mod nano;
