@@ -77,6 +77,12 @@ impl FirmwareImage {
         Self::parse(&bytes, path)
     }
 
+    /// A program of these instruction words, for tests.
+    #[cfg(test)]
+    pub(crate) fn of_words(words: &[u16]) -> Self {
+        Self { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect() }
+    }
+
     /// Flash from address 0 to the end of the program.
     #[must_use]
     pub fn flash(&self) -> &[u8] {

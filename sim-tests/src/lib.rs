@@ -5,7 +5,12 @@
 //! links simavr is, as a whole, under simavr's GPL-3, and nothing imports
 //! this crate.
 
+pub mod body;
+pub mod client;
 pub mod devices;
 pub mod electric;
 pub mod firmware_image;
+pub mod fixtures;
 pub mod nano;
+pub mod pty;
+pub mod virtual_robot;

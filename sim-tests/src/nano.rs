@@ -10,6 +10,8 @@
 //! a START and an address take their time on the bus. What stays kinder:
 //! interrupts are entered in 0 cycles instead of 4, and a STOP takes none.
 
+#[cfg(test)]
+mod tests;
 mod wires;
 
 use crate::devices::Bus;
@@ -49,7 +51,7 @@ const SRAM_LEN: usize = 2048;
 /// Why the Nano stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum NanoError {
-    /// An invalid instruction, or a jump out of flash.
+    /// An invalid instruction, or a jump out of the program.
     #[error("the firmware crashed at program address {pc:#06x}, cycle {cycle}")]
     Crashed {
         /// Where, in bytes.
@@ -365,10 +367,13 @@ impl Nano {
                 (*avr).cycle += sleep.min(room).max(1);
             }
             let state = (*avr).state;
-            if state == ffi::cpu_Crashed as i32 || state == ffi::cpu_Stopped as i32 {
+            let running = state == ffi::cpu_Running as i32 || state == ffi::cpu_Sleeping as i32;
+            if state == ffi::cpu_Crashed as i32
+                || (running && (*avr).pc >= (*avr).codeend)
+            {
                 return Err(NanoError::Crashed { pc: (*avr).pc, cycle: self.now() });
             }
-            if state == ffi::cpu_Done as i32 {
+            if !running {
                 return Err(NanoError::AsleepForEver { pc: (*avr).pc, cycle: self.now() });
             }
             if (*avr).interrupt_state != 0 {

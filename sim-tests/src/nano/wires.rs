@@ -24,6 +24,7 @@ pub(super) struct Units {
     pub twi_input: NonNull<ffi::avr_irq_t>,
     uart_output: NonNull<ffi::avr_irq_t>,
     twi_output: NonNull<ffi::avr_irq_t>,
+    bad_opcode: NonNull<ffi::avr_irq_t>,
 }
 
 /// State shared between the board and simavr's hooks.
@@ -137,6 +138,10 @@ pub(super) unsafe fn find_units(avr: NonNull<ffi::avr_t>) -> Option<Units> {
         uart_output: signal(*b"uar0", ffi::UART_IRQ_OUTPUT)?,
         twi_input: signal(*b"twi\0", ffi::TWI_IRQ_INPUT)?,
         twi_output: signal(*b"twi\0", ffi::TWI_IRQ_OUTPUT)?,
+        // SAFETY: `avr` is initialised, and this is one of the core's own.
+        bad_opcode: NonNull::new(unsafe {
+            ffi::avr_get_core_irq(avr.as_ptr(), ffi::AVR_CORE_BAD_OPCODE as std::ffi::c_int)
+        })?,
     })
 }
 
@@ -153,6 +158,7 @@ pub(super) unsafe fn connect(units: &Units, wires: NonNull<Wires>) {
         (*units.uart.as_ptr()).flags = 0;
         ffi::avr_irq_register_notify(units.uart_output.as_ptr(), Some(on_serial_byte), wires);
         ffi::avr_irq_register_notify(units.twi_output.as_ptr(), Some(on_twi), wires);
+        ffi::avr_irq_register_notify(units.bad_opcode.as_ptr(), Some(on_bad_opcode), wires);
     }
 }
 
@@ -171,6 +177,14 @@ unsafe extern "C" fn on_serial_byte(_signal: *mut ffi::avr_irq_t, byte: u32, wir
     if error.abs() <= super::MAX_BAUD_ERROR {
         wires.outgoing.borrow_mut().push_back((whole, byte as u8));
     }
+}
+
+/// The program ran into an instruction that the chip does not have.
+unsafe extern "C" fn on_bad_opcode(_signal: *mut ffi::avr_irq_t, _opcode: u32, wires: *mut c_void) {
+    // SAFETY: registered with a pointer to `Wires` that outlives the chip.
+    let wires = unsafe { &*wires.cast::<Wires>() };
+    // SAFETY: simavr asks the hook what to do next through this very field.
+    unsafe { (*wires.avr.as_ptr()).state = ffi::cpu_Crashed as i32 };
 }
 
 /// Something happened on the two-wire bus.
