@@ -70,7 +70,11 @@ impl Client {
     ///
     /// # Errors
     /// As [`Self::ask`].
-    pub fn ask_timed(&mut self, robot: &mut VirtualRobot, command: Command) -> Result<(Reply, u64), ClientError> {
+    pub fn ask_timed(
+        &mut self,
+        robot: &mut VirtualRobot,
+        command: Command,
+    ) -> Result<(Reply, u64), ClientError> {
         self.seq = self.seq.wrapping_add(1);
         let mut buffer = [0; MAX_FRAME_LEN];
         let bytes =

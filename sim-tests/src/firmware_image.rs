@@ -99,13 +99,15 @@ impl FirmwareImage {
             return Err(not_avr("built for another machine"));
         }
         let header = || Some((u32_at(bytes, 28)? as usize, u16_at(bytes, 42)?, u16_at(bytes, 44)?));
-        let (table_at, entry_len, entry_count) = header().ok_or_else(|| not_avr("the header is cut short"))?;
+        let (table_at, entry_len, entry_count) =
+            header().ok_or_else(|| not_avr("the header is cut short"))?;
 
         let mut flash = Vec::new();
         for index in 0..usize::from(entry_count) {
             let at = table_at.saturating_add(index * usize::from(entry_len));
             let field = |i: usize| u32_at(bytes, at.saturating_add(4 * i));
-            let (Some(kind), Some(offset), Some(address), Some(len)) = (field(0), field(1), field(3), field(4))
+            let (Some(kind), Some(offset), Some(address), Some(len)) =
+                (field(0), field(1), field(3), field(4))
             else {
                 return Err(not_avr("the segment table is cut short"));
             };

@@ -368,9 +368,7 @@ impl Nano {
             }
             let state = (*avr).state;
             let running = state == ffi::cpu_Running as i32 || state == ffi::cpu_Sleeping as i32;
-            if state == ffi::cpu_Crashed as i32
-                || (running && (*avr).pc >= (*avr).codeend)
-            {
+            if state == ffi::cpu_Crashed as i32 || (running && (*avr).pc >= (*avr).codeend) {
                 return Err(NanoError::Crashed { pc: (*avr).pc, cycle: self.now() });
             }
             if !running {
@@ -452,7 +450,8 @@ impl Nano {
     }
 
     fn eeprom_ioctl(&self, name: [u8; 4], bytes: &mut [u8; EEPROM_LEN]) {
-        let mut request = ffi::avr_eeprom_desc_t { ee: bytes.as_mut_ptr(), offset: 0, size: EEPROM_LEN as u32 };
+        let mut request =
+            ffi::avr_eeprom_desc_t { ee: bytes.as_mut_ptr(), offset: 0, size: EEPROM_LEN as u32 };
         // SAFETY: the request describes `bytes`, which outlives the call.
         let result = unsafe {
             ffi::avr_ioctl(self.avr.as_ptr(), u32::from_be_bytes(name), (&raw mut request).cast::<c_void>())
