@@ -151,9 +151,32 @@ impl Trial {
         self.missed_samples = self.missed_samples.saturating_add(u16::from(missed));
         // 4,000 counts * 32,000 counts is below 2^27.
         let products = i32::from(sample.bus_counts) * i32::from(sample.shunt_counts) + self.remainder;
-        let energy_uj = products / PRODUCTS_PER_UJ;
-        self.remainder = products - energy_uj * PRODUCTS_PER_UJ;
+        let (energy_uj, remainder) = in_microjoules(products.unsigned_abs());
         // A servo that brakes may feed the supply; below zero there is nothing to give back.
-        self.energy_uj = self.energy_uj.saturating_add_signed(i64::from(energy_uj));
+        if products < 0 {
+            self.energy_uj = self.energy_uj.saturating_sub(u64::from(energy_uj));
+            self.remainder = -remainder;
+        } else {
+            self.energy_uj = self.energy_uj.saturating_add(u64::from(energy_uj));
+            self.remainder = remainder;
+        }
     }
+}
+
+/// Quotient and remainder of `products / PRODUCTS_PER_UJ`.
+///
+/// Long division by hand: the quotient has 20 bits, and the general routine
+/// costs an AVR 1.1 KB of flash and four times the cycles.
+fn in_microjoules(products: u32) -> (u32, i32) {
+    let (mut quotient, mut remainder) = (0, products);
+    let mut step = (PRODUCTS_PER_UJ as u32) << 20;
+    for _ in 0..=20 {
+        quotient <<= 1;
+        if remainder >= step {
+            remainder -= step;
+            quotient |= 1;
+        }
+        step >>= 1;
+    }
+    (quotient, remainder as i32)
 }

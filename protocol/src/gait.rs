@@ -455,9 +455,24 @@ impl GaitTable {
     /// One stride later the phase is off by less than 2^-32 * frames.
     #[must_use]
     pub fn phase_step(&self) -> u32 {
-        // 2^32 * 1e6 / 60 is below 2^57; the quotient fits: a period of at
-        // least 0.1 s is at least 6 frames.
-        const ONE_STRIDE: u64 = (1 << 32) * 1_000_000 / FRAME_RATE_HZ as u64;
-        (ONE_STRIDE / self.period_us.max(MIN_PERIOD_US) as u64) as u32
+        // A frame in microseconds, whole part and fraction.
+        const WHOLE: u32 = 1_000_000 / FRAME_RATE_HZ;
+        const FRACTION_Q32: u32 =
+            ((((1_000_000 % FRAME_RATE_HZ) as u64) << 32) / FRAME_RATE_HZ as u64) as u32;
+        // Long division by hand: a u64 quotient costs an AVR 2.8 KB of flash.
+        // The whole part is below any period, so the quotient is a fraction of
+        // 32 bits; twice the longest period fits the remainder.
+        let period_us = self.period_us.clamp(MIN_PERIOD_US, MAX_PERIOD_US);
+        let (mut remainder, mut digits, mut quotient) = (WHOLE, FRACTION_Q32, 0);
+        for _ in 0..u32::BITS {
+            remainder = remainder << 1 | digits >> 31;
+            digits <<= 1;
+            quotient <<= 1;
+            if remainder >= period_us {
+                remainder -= period_us;
+                quotient |= 1;
+            }
+        }
+        quotient
     }
 }

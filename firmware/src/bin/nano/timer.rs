@@ -92,8 +92,9 @@ impl FrameClock for Timer {
 
 impl DelayNs for Timer {
     fn delay_ns(&mut self, ns: u32) {
-        // 62.5 ns a cycle; rounded up.
-        avr_device::asm::delay_cycles(ns / 62 + 1);
+        // 62.5 ns a cycle, that is 1/64 + 1/2560 of a nanosecond; rounded up, and
+        // without a division.
+        avr_device::asm::delay_cycles((ns >> 6) + (ns >> 11) + 1);
     }
 
     fn delay_us(&mut self, us: u32) {
