@@ -101,8 +101,9 @@ pub fn amplitude(value: f64) -> Amplitude {
     Amplitude::from_f64(value).expect("within 0.5 to 3.0")
 }
 
-/// Sum of `c_k cos(k acos x)`, `x = 2 phase - 1`: the definition itself.
-fn evaluate(series: &[f64; COEFFICIENT_COUNT], phase: f64) -> f64 {
+/// Sum of `c_k cos(k acos x)`, `x = 2 phase - 1`: a Chebyshev series by its definition.
+#[must_use]
+pub fn evaluate(series: &[f64; COEFFICIENT_COUNT], phase: f64) -> f64 {
     let angle = (2.0 * phase - 1.0).clamp(-1.0, 1.0).acos();
     series.iter().enumerate().map(|(order, c)| c * (order as f64 * angle).cos()).sum()
 }

@@ -1,0 +1,126 @@
+//! Starts the programs under test and ends them whatever happens.
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use protocol::JOINT_COUNT;
+use serde::Deserialize;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest that a host command may take; the longest walks for 12 s.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// A line of ground truth, as far as these tests care.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Sample {
+    pub time_s: f64,
+    pub x_m: f64,
+    pub y_m: f64,
+    pub true_energy_j: f64,
+}
+
+#[derive(Deserialize)]
+struct PulseLine {
+    time_s: f64,
+    counts: [Option<f64>; JOINT_COUNT],
+}
+
+/// A virtual robot that ends with the test.
+pub struct RobotProcess {
+    child: Child,
+    port: String,
+    folder: PathBuf,
+}
+
+impl RobotProcess {
+    /// Starts one with its files in `folder`, and waits for its port.
+    pub fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_virtual-robot"))
+            .current_dir(folder)
+            .args(["--truth", "truth.jsonl", "--pulses", "pulses.jsonl", "--link", "port"])
+            // A stopped test must not leave it behind.
+            .args(["--max-seconds", "120"])
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut port = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut port).unwrap();
+        assert!(!port.is_empty(), "the virtual robot offered no port; its message stands above");
+        Self { child, port: port.trim().to_owned(), folder: folder.to_owned() }
+    }
+
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    pub fn truth_path(&self) -> PathBuf {
+        self.folder.join("truth.jsonl")
+    }
+
+    pub fn truth(&self) -> Vec<Sample> {
+        lines(&self.truth_path())
+    }
+
+    /// Bursts that drive all eight joints: when, and counts.
+    pub fn pulses(&self) -> Vec<(f64, [f64; JOINT_COUNT])> {
+        lines::<PulseLine>(&self.folder.join("pulses.jsonl"))
+            .into_iter()
+            .filter(|line| line.counts.iter().all(Option::is_some))
+            .map(|line| (line.time_s, line.counts.map(Option::unwrap)))
+            .collect()
+    }
+}
+
+impl Drop for RobotProcess {
+    fn drop(&mut self) {
+        let _ = kill(Pid::from_raw(self.child.id() as i32), Signal::SIGTERM);
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Whole lines of a file that may still be growing.
+fn lines<T: for<'de> Deserialize<'de>>(path: &Path) -> Vec<T> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let (whole, _) = text.rsplit_once('\n').unwrap_or(("", ""));
+    whole.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Runs a host command that is to succeed; returns its standard output.
+pub fn host(folder: &Path, arguments: &[&str]) -> String {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-without-training"))
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let deadline = Instant::now() + PATIENCE;
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > deadline {
+            let _ = child.kill();
+            panic!("host {arguments:?} takes longer than {PATIENCE:?}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().unwrap();
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "host {arguments:?}: {}\n{out}\n{err}", output.status);
+    out.into_owned()
+}
+
+/// As [`host`] with `--json`, parsed.
+pub fn host_json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
+    let mut arguments = arguments.to_vec();
+    arguments.push("--json");
+    serde_json::from_str(&host(folder, &arguments)).unwrap()
+}
