@@ -7,8 +7,8 @@ use postcard::ser_flavors::Flavor;
 use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Storage};
 use protocol::gait::MAX_ENCODED_LEN;
 use protocol::{
-    Amplitude, Chunk, Command, FRAME_RATE_HZ, GaitTable, HelloReply, Limits, PROTOCOL_VERSION,
-    Refusal, Reply, Status,
+    Amplitude, Chunk, Command, FRAME_RATE_HZ, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal,
+    Reply, Status,
 };
 
 use crate::FIRMWARE_VERSION;
@@ -103,8 +103,7 @@ impl App {
         }
         let table = self.upload.whole()?;
         self.gait.decode_into(table).map_err(Refusal::BadGait)?;
-        self.active =
-            Some(ActiveGait { name: self.gait.name, crc32: GaitTable::crc32_of(table), amplitude });
+        self.active = Some(ActiveGait { name: self.gait.name, crc32: GaitTable::crc32_of(table), amplitude });
         self.storage = Storage::RamOnly;
         // An upload can only have begun while no save was going on.
         if persist && self.store.begin(table, amplitude) {

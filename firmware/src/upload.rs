@@ -49,7 +49,8 @@ impl Upload {
     pub fn take(&mut self, offset: u16, piece: &[u8]) -> Result<(), Refusal> {
         let start = usize::from(offset);
         // A chunk of at most 64 bytes after at most 65,535: no overflow even where usize has 16 bits.
-        let end = start.checked_add(piece.len()).filter(|&end| end <= self.len).ok_or(Refusal::UploadRange)?;
+        let end =
+            start.checked_add(piece.len()).filter(|&end| end <= self.len).ok_or(Refusal::UploadRange)?;
         let place = self.bytes.get_mut(start..end).ok_or(Refusal::UploadRange)?;
         place.copy_from_slice(piece);
         for at in start..end {

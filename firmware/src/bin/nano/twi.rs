@@ -12,7 +12,7 @@ use avr_device::interrupt::{self, CriticalSection, Mutex};
 use core::cell::Cell;
 
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
-use firmware::hal::{Bus, BurstState};
+use firmware::hal::{BurstState, Bus};
 use firmware::servos::{self, ServoBurst};
 
 use super::timer::{self, TICKS_PER_US};
