@@ -55,6 +55,9 @@ pub struct AntEnvConfig {
     /// gait that servos, and a table played open loop, can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slew_limit_rad_s: Option<f64>,
+    /// A torso that leans farther than this has fallen: the episode ends. A
+    /// tight limit takes the gain out of lunging forward and toppling over.
+    pub max_tilt_rad: f64,
     /// How far starts differ.
     pub start: Perturbation,
     /// What is wanted.
@@ -67,6 +70,7 @@ impl Default for AntEnvConfig {
         Self {
             episode_steps: 1000,
             slew_limit_rad_s: None,
+            max_tilt_rad: 1.0,
             start: Perturbation::default(),
             reward: RewardConfig::default(),
         }
@@ -219,8 +223,8 @@ impl Env for AntEnv {
             servo_power_w: self.servo_power_w,
             touching_legs: self.touching_legs(),
         });
-        let terminated =
-            self.torso.position_m[2] <= self.config.reward.alive_height_m || self.world.has_fallen();
+        let terminated = self.torso.position_m[2] <= self.config.reward.alive_height_m
+            || self.torso.tilt_rad() > self.config.max_tilt_rad;
         let truncated =
             !terminated && self.config.episode_steps > 0 && self.steps >= self.config.episode_steps;
         Step {
