@@ -12,6 +12,8 @@ pub mod cli;
 pub mod energy;
 #[cfg(feature = "sim")]
 pub mod env;
+#[cfg(feature = "train")]
+pub mod record;
 pub mod robot;
 pub mod fit;
 pub mod gait_file;
@@ -23,6 +25,8 @@ pub mod run_folder;
 pub mod sim;
 pub mod tracker;
 pub mod trajectory;
+#[cfg(feature = "train")]
+pub mod stride;
 #[cfg(feature = "train")]
 pub mod td3;
 pub mod trial;

@@ -13,6 +13,7 @@ use super::random::{Purpose, episode_seed, stream};
 use super::replay::Layout;
 use crate::env::Env;
 use rand::Rng as _;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use thiserror::Error;
 
@@ -51,6 +52,8 @@ pub struct Order {
     pub policy: Option<Policy>,
     /// Standard deviation of the noise on the policy's actions.
     pub noise: f32,
+    /// Share of the noise that a step hands on to the next of the same episode.
+    pub correlation: f32,
 }
 
 /// One environment and its episode.
@@ -137,19 +140,12 @@ impl Collector {
         let mut rng = stream(self.seed, Purpose::Explore, order.round);
         let mut rows = Vec::with_capacity(order.env_steps as usize * layout.row_len());
         let mut action = vec![0.0; layout.action_len];
+        // Noise starts afresh every round, so that no round depends on another's.
+        let mut excitations = vec![Excitation::new(&order, layout.action_len, &mut rng); self.slots.len()];
         let mut next = vec![0.0; layout.observation_len];
         for _ in 0..order.env_steps {
             let slot = &mut self.slots[self.turn];
-            match &mut order.policy {
-                Some(policy) => {
-                    policy.act(&slot.observation, &mut action);
-                    for value in &mut action {
-                        *value =
-                            (*value + order.noise * rng.sample::<f32, _>(StandardNormal)).clamp(-1.0, 1.0);
-                    }
-                }
-                None => action.iter_mut().for_each(|value| *value = rng.random_range(-1.0..=1.0)),
-            }
+            excitations[self.turn].disturb(&mut order, &slot.observation, &mut action, &mut rng);
             let outcome = slot.env.step(&action, &mut next);
             slot.episode.actions.extend_from_slice(&action);
             if !outcome.reward.is_finite() || !next.iter().all(|number| number.is_finite()) {
@@ -168,5 +164,57 @@ impl Collector {
             self.turn = (self.turn + 1) % self.slots.len();
         }
         Ok(rows)
+    }
+}
+
+/// What keeps one environment's actions from being the policy's own.
+#[derive(Debug, Clone)]
+struct Excitation {
+    /// Noise with a policy; without one, the random action itself.
+    values: Vec<f32>,
+}
+
+impl Excitation {
+    fn new(order: &Order, action_len: usize, rng: &mut ChaCha8Rng) -> Self {
+        let mut values = vec![0.0; action_len];
+        for value in &mut values {
+            *value = fresh(order, rng);
+        }
+        Self { values }
+    }
+
+    /// The action for `observation`, and the noise of the step after.
+    fn disturb(&mut self, order: &mut Order, observation: &[f32], action: &mut [f32], rng: &mut ChaCha8Rng) {
+        let kept = order.correlation;
+        match &mut order.policy {
+            Some(policy) => {
+                policy.act(observation, action);
+                for (action, &noise) in action.iter_mut().zip(&self.values) {
+                    *action = (*action + noise).clamp(-1.0, 1.0);
+                }
+                // A first-order process of unchanging variance.
+                let new = (1.0 - kept * kept).sqrt();
+                for value in &mut self.values {
+                    *value = kept * *value + new * fresh(order, rng);
+                }
+            }
+            None => {
+                action.copy_from_slice(&self.values);
+                // As many steps on average as the noise would last.
+                if rng.random::<f32>() >= kept {
+                    for value in &mut self.values {
+                        *value = fresh(order, rng);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Noise of one step alone, or a random action where nobody acts.
+fn fresh(order: &Order, rng: &mut ChaCha8Rng) -> f32 {
+    match order.policy {
+        Some(_) => order.noise * rng.sample::<f32, _>(StandardNormal),
+        None => rng.random_range(-1.0..=1.0),
     }
 }

@@ -43,6 +43,9 @@ pub struct Td3Config {
     pub policy_noise_clip: f32,
     /// Standard deviation of the noise on the actions that gather experience.
     pub exploration_noise: f32,
+    /// Share of that noise that a control step hands on to the next; 0 is the
+    /// paper's white noise, which a servo of 2 rad/s hardly follows. Ours.
+    pub exploration_correlation: f32,
     /// Transitions an update.
     pub batch_size: usize,
     /// Hidden layers of every network.
@@ -63,6 +66,7 @@ impl Default for Td3Config {
             policy_noise: 0.2,
             policy_noise_clip: 0.5,
             exploration_noise: 0.1,
+            exploration_correlation: 0.0,
             batch_size: 128,
             hidden_layers: 3,
             hidden_width: 128,
@@ -160,6 +164,7 @@ impl Learning {
         within("td3.policy_noise", t.policy_noise.into(), 0.0, 2.0, "0 to 2")?;
         within("td3.policy_noise_clip", t.policy_noise_clip.into(), 0.0, 2.0, "0 to 2")?;
         within("td3.exploration_noise", t.exploration_noise.into(), 0.0, 2.0, "0 to 2")?;
+        within("td3.exploration_correlation", t.exploration_correlation.into(), 0.0, 0.999, "0 to 0.999")?;
         at_most("schedule.epochs", s.epochs, 1_000_000, "1 to 1,000,000")?;
         at_most("schedule.updates_per_epoch", s.updates_per_epoch, 1_000_000, "1 to 1,000,000")?;
         at_most("schedule.env_steps_per_update", s.env_steps_per_update, 10_000, "1 to 10,000")?;

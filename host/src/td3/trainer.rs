@@ -246,6 +246,7 @@ impl Run<'_> {
             env_steps: schedule.round_env_steps(),
             policy: warm.then(|| state.agent.actor.policy()),
             noise: self.learning.td3.exploration_noise,
+            correlation: self.learning.td3.exploration_correlation,
         }
     }
 
