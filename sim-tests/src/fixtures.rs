@@ -70,7 +70,7 @@ pub fn trot() -> Gait {
     // and 2 point to the left of it and swing forward clockwise.
     let deviation_deg = |joint: usize, phase: f64| {
         let leg = joint % 4;
-        let phase = phase + if leg % 2 == 0 { 0.0 } else { 0.5 };
+        let phase = phase + if leg.is_multiple_of(2) { 0.0 } else { 0.5 };
         if joint < 4 {
             let forward = if leg < 2 { -1.0 } else { 1.0 };
             forward * 11.0 * (TAU * phase).sin()

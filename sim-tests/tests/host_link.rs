@@ -198,7 +198,7 @@ fn reported_energy_over_12_s_is_within_2_per_cent_of_the_batterys_true_integral(
 }
 
 #[test]
-fn the_port_is_exclusive_and_a_second_host_is_told_so_or_waits() {
+fn a_host_that_claims_the_port_for_itself_releases_it_for_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let robot = RobotProcess::start(folder.path(), &[]);
 

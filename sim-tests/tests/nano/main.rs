@@ -2,94 +2,18 @@
 //!
 //! A missing image fails every test here, with the next move.
 
+mod faults;
+mod support;
+
 use host::robot::Robot;
 use host::sim::World;
-use protocol::command::Storage;
-use protocol::{
-    Command, Event, FRAME_RATE_HZ, Fault, JOINT_COUNT, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause,
-    State, Status,
-};
-use sim_tests::body::{Bench, Body};
+use protocol::{Command, Event, FRAME_RATE_HZ, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
+use sim_tests::body::Bench;
 use sim_tests::client::Client;
-use sim_tests::devices::Chip;
-use sim_tests::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
-use sim_tests::firmware_image::FirmwareImage;
-use sim_tests::fixtures::{self, Gait, amplitude};
-use sim_tests::nano::{CLOCK_HZ, Counters, seconds};
-use sim_tests::virtual_robot::{Truth, VirtualRobot};
-
-/// Half a count of rounding, and what the protocol proves of its setpoints.
-const HALF_COUNT: f64 = 0.5;
-const SETPOINT_ERROR_DEG: f64 = 0.05;
-/// The firmware's default calibration: 5/3 counts a degree about 330.
-const COUNTS_PER_DEG: f64 = 5.0 / 3.0;
-const NEUTRAL_COUNTS: f64 = 330.0;
-
-fn image() -> FirmwareImage {
-    FirmwareImage::load(&FirmwareImage::default_path()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn robot_with(body: Box<dyn Body>) -> VirtualRobot {
-    let ant = Robot::ant(1.0).unwrap();
-    VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap()
-}
-
-/// Powered on and done with starting up.
-fn started(body: Box<dyn Body>) -> (VirtualRobot, Client) {
-    let mut robot = robot_with(body);
-    let mut client = Client::new();
-    client.run_for(&mut robot, 0.3).unwrap();
-    (robot, client)
-}
-
-/// Servos in a vice: the fastest body.
-fn on_the_bench() -> (VirtualRobot, Client) {
-    started(Box::new(Bench::new(0.1)))
-}
-
-fn hello() -> Command {
-    Command::Hello { protocol_version: PROTOCOL_VERSION }
-}
-
-fn status(robot: &mut VirtualRobot, client: &mut Client) -> Status {
-    match client.ask(robot, Command::Status).unwrap() {
-        Reply::Status(status) => status,
-        other => panic!("{other:?}"),
-    }
-}
-
-/// Runs until the robot is in this state, for at most `patience_s`.
-fn wait_for(robot: &mut VirtualRobot, client: &mut Client, state: State, patience_s: f64) {
-    let deadline_s = robot.now_s() + patience_s;
-    while status(robot, client).state != state {
-        assert!(robot.now_s() < deadline_s, "still {:?}, not {state:?}", status(robot, client).state);
-        client.run_for(robot, 0.02).unwrap();
-    }
-}
-
-/// Bursts that set all eight servos, between two moments.
-fn walking_bursts(bursts: &[Burst]) -> Vec<&Burst> {
-    bursts.iter().filter(|burst| burst.counts[..JOINT_COUNT].iter().all(Option::is_some)).collect()
-}
-
-/// Largest difference between a burst and the gait at its best phase, beyond
-/// what rounding to a count allows; in degrees.
-fn excess_deg(gait: &Gait, amplitude: f64, phase: f64, burst: &Burst) -> f64 {
-    (0..JOINT_COUNT)
-        .map(|joint| {
-            let counts = f64::from(burst.counts[joint].unwrap());
-            let expected = NEUTRAL_COUNTS + COUNTS_PER_DEG * gait.angle_deg(joint, phase, amplitude);
-            ((counts - expected).abs() - HALF_COUNT) / COUNTS_PER_DEG
-        })
-        .fold(f64::MIN, f64::max)
-}
-
-/// True energy at a moment, between the samples around it.
-fn energy_at(truth: &[Truth], time_s: f64) -> f64 {
-    let after = truth.partition_point(|sample| sample.time_s < time_s).clamp(1, truth.len() - 1);
-    let (a, b) = (&truth[after - 1], &truth[after]);
-    a.true_energy_j + (b.true_energy_j - a.true_energy_j) * (time_s - a.time_s) / (b.time_s - a.time_s)
-}
+use sim_tests::fixtures::{self, amplitude};
+use sim_tests::nano::{Counters, seconds};
+use sim_tests::virtual_robot::VirtualRobot;
+use support::*;
 
 #[test]
 fn servos_are_switched_off_before_anything_else() {
@@ -178,51 +102,6 @@ fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
 }
 
 #[test]
-fn a_saved_gait_survives_reset_and_power_cycle_and_one_in_ram_does_not() {
-    let (mut robot, mut client) = on_the_bench();
-    let (trot, medley) = (fixtures::trot(), fixtures::medley());
-    client.upload(&mut robot, &trot.table(), amplitude(1.5), true).unwrap();
-    let deadline_s = robot.now_s() + 3.0;
-    while status(&mut robot, &mut client).storage != Storage::Saved {
-        assert!(robot.now_s() < deadline_s, "{:?}", status(&mut robot, &mut client).storage);
-    }
-    client.upload(&mut robot, &medley.table(), amplitude(1.0), false).unwrap();
-    assert_eq!(status(&mut robot, &mut client).gait.unwrap().name.as_str(), "medley");
-
-    for power_cycle in [false, true] {
-        client.forget();
-        if power_cycle {
-            robot.nano_mut().power_cycle();
-        } else {
-            robot.nano_mut().reset(CLOCK_HZ);
-        }
-        client.run_for(&mut robot, 1.5).unwrap();
-
-        let cause = if power_cycle { ResetCause::PowerOn } else { ResetCause::External };
-        assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Started(cause))));
-        let status = status(&mut robot, &mut client);
-        let gait = status.gait.expect("the saved gait");
-        assert_eq!((gait.name.as_str(), gait.amplitude), ("trot", amplitude(1.5)));
-        assert_eq!(status.storage, Storage::Saved);
-    }
-}
-
-#[test]
-fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them_off() {
-    let (mut robot, mut client) = on_the_bench();
-    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
-    wait_for(&mut robot, &mut client, State::Walking, 5.0);
-
-    robot.nano_mut().reset(CLOCK_HZ);
-    robot.run_for(0.9).unwrap();
-    assert!(robot.nano().bus().pca9685.drives_any(), "the chip knows nothing of the reset");
-    robot.run_for(0.11).unwrap();
-
-    assert!(!robot.nano().bus().pca9685.drives_any());
-}
-
-#[test]
 fn a_walk_of_n_frames_plays_n_frames_and_ends_limp() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
@@ -264,60 +143,6 @@ fn amplitude_changes_while_walking_without_a_jump() {
     let jump = counts.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
     println!("largest step: {jump} counts");
     assert!(jump <= 8.0, "{jump} counts in one frame");
-}
-
-#[test]
-fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
-    let (mut robot, mut client) = on_the_bench();
-    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
-    wait_for(&mut robot, &mut client, State::Walking, 5.0);
-
-    robot.nano_mut().bus_mut().unplug(Chip::Ina219);
-    client.run_for(&mut robot, 2.0).unwrap();
-
-    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Fault(Fault::SensorLost))));
-    assert_eq!(status(&mut robot, &mut client).state, State::Fault(Fault::SensorLost));
-    assert!(!robot.nano().bus().pca9685.drives_any());
-}
-
-#[test]
-fn a_sensor_that_lost_its_configuration_is_noticed() {
-    let (mut robot, mut client) = on_the_bench();
-    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
-    wait_for(&mut robot, &mut client, State::Walking, 5.0);
-    let configured = robot.nano().bus().ina219.configuration();
-
-    let now_s = robot.now_s();
-    robot.nano_mut().bus_mut().ina219.brown_out(now_s);
-    client.run_for(&mut robot, 3.0).unwrap();
-
-    let faulted = status(&mut robot, &mut client).state == State::Fault(Fault::SensorLost);
-    let restored = robot.nano().bus().ina219.configuration() == configured;
-    println!("faulted: {faulted}, configured again: {restored}");
-    assert!(faulted || restored, "it walks on with a sensor that measures something else");
-}
-
-#[test]
-fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
-    let (mut robot, mut client) = on_the_bench();
-    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
-    wait_for(&mut robot, &mut client, State::Walking, 5.0);
-
-    robot.nano_mut().bus_mut().set_stuck(true);
-    client.run_for(&mut robot, 1.0).unwrap();
-    let state = status(&mut robot, &mut client).state;
-    println!("with the bus stuck: {state:?}, {:?}", robot.nano().counters());
-    assert!(matches!(state, State::Fault(_)), "{state:?}");
-
-    robot.nano_mut().bus_mut().set_stuck(false);
-    client.run_for(&mut robot, 1.0).unwrap();
-    client.expect_done(&mut robot, Command::ClearFault).unwrap();
-
-    assert_eq!(status(&mut robot, &mut client).state, State::Idle);
-    assert!(!robot.nano().bus().pca9685.drives_any());
 }
 
 #[test]

@@ -1,0 +1,163 @@
+//! The chip's main loop, as simavr has it, with what simavr leaves out.
+//!
+//! Owns the order of instruction, timers, sleep and interrupts, resets and
+//! what they do to the clock, and the time that the two-wire bus takes.
+
+use super::{
+    CLOCK_HZ, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL, MCUSR_POWER_ON, Nano,
+    NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START,
+};
+use simavr_ffi as ffi;
+use std::ffi::c_void;
+
+// Not among simavr-ffi's bindings, whose generator leaves sim_core.h out.
+unsafe extern "C" {
+    fn avr_run_one(avr: *mut ffi::avr_t) -> ffi::avr_flashaddr_t;
+}
+
+impl Nano {
+    pub(super) fn reset_core(&mut self, kind: ResetKind) {
+        let cycle = self.now();
+        // SAFETY: `avr` is alive; MCUSR and SRAM lie within its data space of
+        // 0x900 bytes.
+        unsafe {
+            let data = (*self.avr.as_ptr()).data;
+            let mcusr = data.add(MCUSR);
+            match kind {
+                ResetKind::External => *mcusr |= MCUSR_EXTERNAL,
+                ResetKind::BrownOut => *mcusr |= MCUSR_BROWN_OUT,
+                ResetKind::PowerOn => {
+                    *mcusr = MCUSR_POWER_ON;
+                    // Contents are undefined on the chip; 0xA5 finds whoever relies on zeros.
+                    data.add(SRAM_START).write_bytes(0xA5, SRAM_LEN);
+                }
+            }
+            ffi::avr_reset(self.avr.as_ptr());
+        }
+        self.after_reset(cycle);
+    }
+
+    /// `avr_reset` zeroed simavr's clock at this cycle of ours.
+    fn after_reset(&mut self, cycle: u64) {
+        self.wires().set_base(cycle);
+        self.wires().bus.borrow_mut().abandon();
+        self.twi_delayed = false;
+    }
+
+    /// One round of simavr's main loop, for at most about `room` cycles.
+    pub(super) fn step(&mut self, room: u64) -> Result<(), NanoError> {
+        let avr = self.avr.as_ptr();
+        // SAFETY: `avr` and its units live until `drop`. The hooks that run in
+        // here get at `Wires` alone, of which `self` holds no reference.
+        unsafe {
+            if (*avr).state == ffi::cpu_Running as i32 {
+                // simavr runs on until the next timer or interrupt by itself.
+                (*avr).run_cycle_limit = u64::MAX;
+                (*avr).run_cycle_count = (*avr).run_cycle_count.min(room);
+                (*avr).pc = avr_run_one(avr);
+            }
+            let pending = (*self.twi.as_ptr()).next_twstate;
+            if pending == 0 {
+                self.twi_delayed = false;
+            } else if !self.twi_delayed {
+                self.delay_twi(pending);
+            }
+
+            let before = (*avr).cycle;
+            let sleep = ffi::avr_cycle_timer_process(avr);
+            if (*avr).cycle < before {
+                self.counters.watchdog_resets += 1;
+                let cycle = self.wires().base() + before;
+                self.wires().cut_outgoing_at(cycle);
+                self.after_reset(cycle);
+                return Ok(());
+            }
+            if (*avr).state == ffi::cpu_Sleeping as i32 {
+                if (*avr).sreg[ffi::S_I as usize] == 0 {
+                    return Err(NanoError::AsleepForEver { pc: (*avr).pc, cycle: self.now() });
+                }
+                (*avr).cycle += sleep.min(room).max(1);
+            }
+            let state = (*avr).state;
+            let running = state == ffi::cpu_Running as i32 || state == ffi::cpu_Sleeping as i32;
+            if state == ffi::cpu_Crashed as i32 || (running && (*avr).pc >= (*avr).codeend) {
+                return Err(NanoError::Crashed { pc: (*avr).pc, cycle: self.now() });
+            }
+            if !running {
+                return Err(NanoError::AsleepForEver { pc: (*avr).pc, cycle: self.now() });
+            }
+            if (*avr).interrupt_state != 0 {
+                ffi::avr_service_interrupts(avr);
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the START or address under way the time it takes on the bus, and
+    /// a bus that is stuck all the time in the world.
+    fn delay_twi(&mut self, pending: u8) {
+        const START: u8 = 0x08;
+        const REPEATED_START: u8 = 0x10;
+        const ADDRESS_ACK: u8 = 0x18;
+        const ADDRESS_NACK: u8 = 0x20;
+
+        let bits = match pending {
+            START | REPEATED_START => 1,
+            ADDRESS_ACK | ADDRESS_NACK => 9,
+            _ => 0,
+        };
+        let stuck = self.wires().bus.borrow().is_stuck();
+        self.twi_delayed = true;
+        if bits == 0 && !stuck {
+            return;
+        }
+        let avr = self.avr.as_ptr();
+        // SAFETY: the timer list belongs to `avr` and is walked only while
+        // simavr stands; registering and cancelling are its own functions.
+        unsafe {
+            let mut slot = (*avr).cycle_timers.timer;
+            while !slot.is_null() && (*slot).param != self.twi.as_ptr().cast::<c_void>() {
+                slot = (*slot).next;
+            }
+            if slot.is_null() {
+                return;
+            }
+            let (timer, param) = ((*slot).timer, (*slot).param);
+            if stuck {
+                ffi::avr_cycle_timer_cancel(avr, timer, param);
+                (*self.twi.as_ptr()).next_twstate = 0;
+            } else {
+                // Section 21.5.2: 16 + 2 TWBR 4^TWPS cycles a bit.
+                const TWBR: usize = 0xB8;
+                const TWSR: usize = 0xB9;
+                let divider = u64::from(*(*avr).data.add(TWBR)) << (2 * (*(*avr).data.add(TWSR) & 3));
+                ffi::avr_cycle_timer_register(avr, bits * (16 + 2 * divider), timer, param);
+            }
+        }
+    }
+
+    /// Hands the first byte on the line, whole by now, to the receiver.
+    pub(super) fn deliver(&mut self) {
+        let Some((_, byte)) = self.incoming.pop_front() else { return };
+        let bit_cycles = self.wires().bit_cycles() as f64;
+        let error = bit_cycles * HOST_BAUD as f64 / CLOCK_HZ as f64 - 1.0;
+        if error.abs() > MAX_BAUD_ERROR {
+            self.counters.framing_errors += 1;
+            return;
+        }
+        let uart = self.uart.as_ptr();
+        // SAFETY: `uart` and its input belong to `avr`, which is alive and not
+        // running.
+        unsafe {
+            let held = (*uart).input.write.wrapping_sub((*uart).input.read) % 64;
+            if held >= RECEIVER_DEPTH {
+                self.counters.receiver_overruns += 1;
+                return;
+            }
+            // simavr counts from the start bit; ours has been on the line already.
+            let byte_cycles = std::mem::replace(&mut (*uart).cycles_per_byte, 1);
+            ffi::avr_raise_irq(self.uart_input.as_ptr(), u32::from(byte));
+            (*uart).cycles_per_byte = byte_cycles;
+        }
+    }
+}

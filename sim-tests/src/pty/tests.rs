@@ -1,0 +1,103 @@
+//! The port as a host sees it.
+
+use super::*;
+use std::fs::{File, OpenOptions};
+use std::io::{Read as _, Write as _};
+
+fn host(pty: &Pty) -> File {
+    OpenOptions::new().read(true).write(true).open(pty.path()).unwrap()
+}
+
+#[test]
+fn every_opening_is_noticed_once() {
+    let mut pty = Pty::new().unwrap();
+    assert_eq!(pty.look(64).unwrap(), Happened::default());
+
+    for _ in 0..3 {
+        let port = host(&pty);
+        assert!(pty.look(64).unwrap().opened);
+        assert!(!pty.look(64).unwrap().opened);
+        drop(port);
+        assert!(!pty.look(64).unwrap().opened);
+        assert!(!pty.is_open());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_opening_right_after_a_closing_is_not_missed() {
+    let mut pty = Pty::new().unwrap();
+    let port = host(&pty);
+    assert!(pty.look(64).unwrap().opened);
+
+    drop(port);
+    let _port = host(&pty);
+
+    assert!(pty.look(64).unwrap().opened);
+    assert!(!pty.look(64).unwrap().opened);
+}
+
+#[test]
+fn bytes_pass_unchanged_and_nothing_is_echoed() {
+    let mut pty = Pty::new().unwrap();
+    let mut port = host(&pty);
+    pty.look(64).unwrap();
+    let all: Vec<u8> = (0..=255).collect();
+
+    port.write_all(&all).unwrap();
+    assert_eq!(pty.look(1024).unwrap().bytes, all);
+    pty.send(&all).unwrap();
+    let mut heard = [0; 256];
+    port.read_exact(&mut heard).unwrap();
+
+    assert_eq!(heard.to_vec(), all);
+    assert!(pty.look(1024).unwrap().bytes.is_empty());
+}
+
+#[test]
+fn what_one_host_left_unread_the_next_one_does_not_get() {
+    let mut pty = Pty::new().unwrap();
+    let port = host(&pty);
+    pty.look(64).unwrap();
+    pty.send(b"old").unwrap();
+    drop(port);
+    pty.look(64).unwrap();
+
+    let mut port = host(&pty);
+    pty.look(64).unwrap();
+    pty.send(b"new").unwrap();
+    let mut heard = [0; 3];
+    port.read_exact(&mut heard).unwrap();
+
+    assert_eq!(&heard, b"new");
+}
+
+#[test]
+fn the_last_words_of_a_host_that_closes_still_arrive() {
+    let mut pty = Pty::new().unwrap();
+    let mut port = host(&pty);
+    pty.look(64).unwrap();
+
+    port.write_all(b"bye").unwrap();
+    drop(port);
+
+    assert_eq!(pty.look(64).unwrap().bytes, b"bye");
+}
+
+#[test]
+fn a_link_replaces_a_stale_link_and_nothing_else_and_goes_with_the_port() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("robot");
+    std::os::unix::fs::symlink("/nowhere", &link).unwrap();
+    let mut pty = Pty::new().unwrap();
+
+    pty.link(&link).unwrap();
+    assert_eq!(std::fs::read_link(&link).unwrap(), pty.path());
+    drop(pty);
+    assert!(std::fs::symlink_metadata(&link).is_err());
+
+    std::fs::write(&link, "mine").unwrap();
+    let refused = Pty::new().unwrap().link(&link);
+    assert!(matches!(refused, Err(PtyError::LinkTaken { .. })));
+    assert_eq!(std::fs::read_to_string(&link).unwrap(), "mine");
+}

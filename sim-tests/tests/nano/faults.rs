@@ -1,0 +1,107 @@
+//! What a bench robot suffers: resets, lost chips, a stuck bus.
+
+use super::support::*;
+use protocol::command::Storage;
+use protocol::{Command, Event, Fault, Message, ResetCause, State};
+use sim_tests::devices::Chip;
+use sim_tests::fixtures::{self, amplitude};
+use sim_tests::nano::CLOCK_HZ;
+
+#[test]
+fn a_saved_gait_survives_reset_and_power_cycle_and_one_in_ram_does_not() {
+    let (mut robot, mut client) = on_the_bench();
+    let (trot, medley) = (fixtures::trot(), fixtures::medley());
+    client.upload(&mut robot, &trot.table(), amplitude(1.5), true).unwrap();
+    let deadline_s = robot.now_s() + 3.0;
+    while status(&mut robot, &mut client).storage != Storage::Saved {
+        assert!(robot.now_s() < deadline_s, "{:?}", status(&mut robot, &mut client).storage);
+    }
+    client.upload(&mut robot, &medley.table(), amplitude(1.0), false).unwrap();
+    assert_eq!(status(&mut robot, &mut client).gait.unwrap().name.as_str(), "medley");
+
+    for power_cycle in [false, true] {
+        client.forget();
+        if power_cycle {
+            robot.nano_mut().power_cycle();
+        } else {
+            robot.nano_mut().reset(CLOCK_HZ);
+        }
+        client.run_for(&mut robot, 1.5).unwrap();
+
+        let cause = if power_cycle { ResetCause::PowerOn } else { ResetCause::External };
+        assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Started(cause))));
+        let status = status(&mut robot, &mut client);
+        let gait = status.gait.expect("the saved gait");
+        assert_eq!((gait.name.as_str(), gait.amplitude), ("trot", amplitude(1.5)));
+        assert_eq!(status.storage, Storage::Saved);
+    }
+}
+
+#[test]
+fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them_off() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+
+    robot.nano_mut().reset(CLOCK_HZ);
+    robot.run_for(0.9).unwrap();
+    assert!(robot.nano().bus().pca9685.drives_any(), "the chip knows nothing of the reset");
+    robot.run_for(0.11).unwrap();
+
+    assert!(!robot.nano().bus().pca9685.drives_any());
+}
+
+#[test]
+fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+
+    robot.nano_mut().bus_mut().unplug(Chip::Ina219);
+    client.run_for(&mut robot, 2.0).unwrap();
+
+    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Fault(Fault::SensorLost))));
+    assert_eq!(status(&mut robot, &mut client).state, State::Fault(Fault::SensorLost));
+    assert!(!robot.nano().bus().pca9685.drives_any());
+}
+
+#[test]
+fn a_sensor_that_lost_its_configuration_is_noticed() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+    let configured = robot.nano().bus().ina219.configuration();
+
+    let now_s = robot.now_s();
+    robot.nano_mut().bus_mut().ina219.brown_out(now_s);
+    client.run_for(&mut robot, 3.0).unwrap();
+
+    let faulted = status(&mut robot, &mut client).state == State::Fault(Fault::SensorLost);
+    let restored = robot.nano().bus().ina219.configuration() == configured;
+    println!("faulted: {faulted}, configured again: {restored}");
+    assert!(faulted || restored, "it walks on with a sensor that measures something else");
+}
+
+#[test]
+fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+
+    robot.nano_mut().bus_mut().set_stuck(true);
+    client.run_for(&mut robot, 1.0).unwrap();
+    let state = status(&mut robot, &mut client).state;
+    println!("with the bus stuck: {state:?}, {:?}", robot.nano().counters());
+    assert!(matches!(state, State::Fault(_)), "{state:?}");
+
+    robot.nano_mut().bus_mut().set_stuck(false);
+    client.run_for(&mut robot, 1.0).unwrap();
+    client.expect_done(&mut robot, Command::ClearFault).unwrap();
+
+    assert_eq!(status(&mut robot, &mut client).state, State::Idle);
+    assert!(!robot.nano().bus().pca9685.drives_any());
+}
