@@ -8,7 +8,7 @@
 mod processes;
 
 use host::gait_file::GaitFile;
-use processes::{RobotProcess, Sample, host, host_json};
+use processes::{RobotProcess, Sample, finish, host, host_json, host_outcome, start_host};
 use protocol::JOINT_COUNT;
 use sim_tests::fixtures;
 use std::f64::consts::TAU;
@@ -224,6 +224,87 @@ fn reported_energy_over_12_s_is_within_2_per_cent_of_the_batterys_true_integral(
     );
     assert!(error.abs() < 0.02, "{:.2} %", 100.0 * error);
     assert!((reported_m - true_m).abs() < 0.03 * true_m + 0.01, "{reported_m} m, {true_m} m");
+}
+
+/// `host`'s exit codes.
+const NO_ROBOT: i32 = 4;
+const ROBOT_REFUSED: i32 = 5;
+
+/// A synthetic gait on disk.
+fn trot_file(folder: &Path) -> PathBuf {
+    let path = folder.join("gait.toml");
+    GaitFile::from_table(&fixtures::trot().table()).save(&path).unwrap();
+    path
+}
+
+#[test]
+fn every_opening_resets_the_robot_so_a_gait_in_ram_is_gone_unless_resets_are_off() {
+    for (arguments, expected) in [(&[][..], ROBOT_REFUSED), (&["--no-reset-on-open"][..], 0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let gait = trot_file(folder.path());
+        let robot = RobotProcess::start(folder.path(), arguments);
+        let upload =
+            ["upload-gait", "--gait", gait.to_str().unwrap(), "--amp", "1", "--ram", "--port", robot.port()];
+        host(folder.path(), &upload);
+
+        let measure = ["measure", "--port", robot.port(), "--duration", "1", "--distance", "0.1"];
+        let (code, out, err) = host_outcome(folder.path(), &measure);
+
+        assert_eq!(code, expected, "{arguments:?}\n{out}\n{err}");
+    }
+}
+
+#[test]
+fn the_eeprom_file_carries_a_gait_from_one_robot_process_to_the_next() {
+    let folder = tempfile::tempdir().unwrap();
+    let gait = trot_file(folder.path());
+    let robot = RobotProcess::start(folder.path(), &["--eeprom", "eeprom.bin"]);
+    host(
+        folder.path(),
+        &["upload-gait", "--gait", gait.to_str().unwrap(), "--amp", "1", "--port", robot.port()],
+    );
+    drop(robot);
+
+    let robot = RobotProcess::start(folder.path(), &["--eeprom", "eeprom.bin"]);
+    let measure = ["measure", "--port", robot.port(), "--duration", "1", "--distance", "0.1"];
+    let measured = host_json(folder.path(), &measure);
+
+    assert_eq!(measured["gait_name"], "trot", "{measured}");
+}
+
+#[test]
+fn a_cable_pulled_in_mid_trial_is_a_clear_error_and_no_endless_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let gait = trot_file(folder.path());
+    let robot = RobotProcess::start(folder.path(), &[]);
+    host(
+        folder.path(),
+        &["upload-gait", "--gait", gait.to_str().unwrap(), "--amp", "1", "--port", robot.port()],
+    );
+
+    let trial = start_host(
+        folder.path(),
+        &["measure", "--port", robot.port(), "--duration", "12", "--distance", "1"],
+    );
+    robot.wait_until_walking();
+    drop(robot);
+    let (code, out, err) = finish(trial);
+
+    assert_eq!(code, NO_ROBOT, "{out}\n{err}");
+}
+
+#[test]
+fn a_missing_firmware_image_is_an_error_with_the_next_move() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_virtual-robot"))
+        .args(["--elf", "no/such/nano.elf"])
+        .output()
+        .unwrap();
+
+    assert!(!output.status.success());
+    let message = String::from_utf8_lossy(&output.stderr);
+    // The report wraps its lines, and draws a rule beside them.
+    let words: Vec<&str> = message.split_whitespace().filter(|word| *word != "│").collect();
+    assert!(words.join(" ").contains("`make firmware`"), "{message}");
 }
 
 #[test]

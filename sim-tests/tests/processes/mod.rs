@@ -65,6 +65,15 @@ impl RobotProcess {
         lines(&self.truth_path())
     }
 
+    /// Returns once the servos get pulses, within 20 s.
+    pub fn wait_until_walking(&self) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while self.pulses().is_empty() {
+            assert!(Instant::now() < deadline, "the robot does not walk");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
     /// Bursts that drive all eight joints: when, and counts.
     pub fn pulses(&self) -> Vec<(f64, [f64; JOINT_COUNT])> {
         lines::<PulseLine>(&self.folder.join("pulses.jsonl"))
@@ -94,28 +103,44 @@ fn lines<T: for<'de> Deserialize<'de>>(path: &Path) -> Vec<T> {
     whole.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Runs a host command that is to succeed; returns its standard output.
-pub fn host(folder: &Path, arguments: &[&str]) -> String {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_host-without-training"))
+/// Runs a host command; returns its exit code, standard output and standard error.
+pub fn host_outcome(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    finish(start_host(folder, arguments))
+}
+
+/// Starts a host command.
+pub fn start_host(folder: &Path, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_host-without-training"))
         .current_dir(folder)
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap();
+        .unwrap()
+}
+
+/// Waits for a host command, but not for ever.
+pub fn finish(mut child: Child) -> (i32, String, String) {
     let deadline = Instant::now() + PATIENCE;
     while child.try_wait().unwrap().is_none() {
         if Instant::now() > deadline {
             let _ = child.kill();
-            panic!("host {arguments:?} takes longer than {PATIENCE:?}");
+            let _ = child.wait();
+            panic!("a host command takes longer than {PATIENCE:?}");
         }
         std::thread::sleep(Duration::from_millis(20));
     }
     let output = child.wait_with_output().unwrap();
-    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "host {arguments:?}: {}\n{out}\n{err}", output.status);
-    out.into_owned()
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+/// Runs a host command that is to succeed; returns its standard output.
+pub fn host(folder: &Path, arguments: &[&str]) -> String {
+    let (code, out, err) = host_outcome(folder, arguments);
+    assert_eq!(code, 0, "host {arguments:?}\n{out}\n{err}");
+    out
 }
 
 /// As [`host`] with `--json`, parsed.
