@@ -454,7 +454,8 @@ impl GaitFile {
         }
         Ok(GaitTable {
             name,
-            period_us: (period_s * 1e6).round() as u32,
+            // Down, for `GaitTable::phase_step`; a thousandth of a microsecond keeps whole ones whole.
+            period_us: (period_s * 1e6 + 1e-3).floor() as u32,
             unit: Angle::from_deg(unit_deg),
             joints,
         })

@@ -450,9 +450,12 @@ impl GaitTable {
         self.joints[joint.index()].setpoint(phase, amplitude)
     }
 
-    /// Phase advance of one frame, in 2^-32 of a stride, rounded down.
+    /// Phase advance of one frame, in 2^-32 of a stride, rounded up.
     ///
-    /// One stride later the phase is off by less than 2^-32 * frames.
+    /// Up, so that a stride of a whole number of frames lands on the next one's
+    /// start: rounded down it would land on its own end, on the other side of
+    /// the jump that a seam may have. The phase is early by at most 2^-32 of a
+    /// stride per frame played.
     #[must_use]
     pub fn phase_step(&self) -> u32 {
         // A frame in microseconds, whole part and fraction.
@@ -473,6 +476,7 @@ impl GaitTable {
                 quotient |= 1;
             }
         }
-        quotient
+        // Shorter than a frame's share of the shortest period, so no overflow.
+        quotient + 1
     }
 }

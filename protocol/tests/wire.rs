@@ -216,11 +216,14 @@ fn values_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn a_stride_takes_its_period() {
-    let table = GaitTable { period_us: 2_200_000, ..table() };
+fn a_stride_takes_its_period_and_ends_at_the_start_of_the_next() {
+    for frames in [6, 27, 132, 720, 3600] {
+        // Rounded down to the microsecond, as a gait file is.
+        let table = GaitTable { period_us: frames * 1_000_000 / 60, ..table() };
 
-    // 132 frames of 1/60 s.
-    let advance = u64::from(table.phase_step()) * 132;
+        let advance = u64::from(table.phase_step()) * u64::from(frames);
 
-    assert!((1_u64 << 32) - advance <= 132, "{advance}");
+        let early = advance.checked_sub(1 << 32).expect("past the stride's end");
+        assert!(early < 1 << 16, "{frames} frames: {early} of 65536 to the first phase of all");
+    }
 }

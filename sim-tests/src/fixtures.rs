@@ -44,7 +44,7 @@ impl Gait {
         let limits = (-self.limit_deg, self.limit_deg);
         GaitTable {
             name: Name::new(self.name).expect("a printable name"),
-            period_us: (self.period_s * 1e6).round() as u32,
+            period_us: (self.period_s * 1e6 + 1e-3).floor() as u32,
             unit: Angle::from_deg(24.0),
             joints: std::array::from_fn(|joint| {
                 JointCurve::quantise(self.centre_deg[joint], limits, &self.series_deg[joint])
