@@ -227,6 +227,9 @@ impl Env for AntEnv {
             || self.torso.tilt_rad() > self.config.max_tilt_rad;
         let truncated =
             !terminated && self.config.episode_steps > 0 && self.steps >= self.config.episode_steps;
+        if terminated {
+            self.terms.alive += self.config.reward.fall;
+        }
         Step {
             reward: self.terms.sum() as f32,
             terminated,

@@ -46,6 +46,8 @@ pub struct RewardConfig {
     pub joint_at_limit: f64,
     /// For each pair of legs that touch.
     pub feet_collision: f64,
+    /// Once, for the fall that ends an episode. Ours.
+    pub fall: f64,
     /// For each m/s across, either way. Ours.
     pub drift: f64,
     /// For each radian away from the x axis, either way. Ours.
@@ -66,6 +68,7 @@ impl Default for RewardConfig {
             stall: -0.1,
             joint_at_limit: -0.1,
             feet_collision: -1.0,
+            fall: 0.0,
             drift: 0.0,
             heading: 0.0,
         }
