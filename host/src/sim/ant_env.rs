@@ -55,6 +55,10 @@ pub struct AntEnvConfig {
     /// gait that servos, and a table played open loop, can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slew_limit_rad_s: Option<f64>,
+    /// The setpoint stays within this many action units either way. Below 1 it
+    /// leaves room to play the gait at more than the policy's own stroke
+    /// before a joint meets its limit.
+    pub setpoint_limit: f64,
     /// A torso that leans farther than this has fallen: the episode ends. A
     /// tight limit takes the gain out of lunging forward and toppling over.
     pub max_tilt_rad: f64,
@@ -70,6 +74,7 @@ impl Default for AntEnvConfig {
         Self {
             episode_steps: 1000,
             slew_limit_rad_s: None,
+            setpoint_limit: 1.0,
             max_tilt_rad: 1.0,
             start: Perturbation::default(),
             reward: RewardConfig::default(),
@@ -137,7 +142,10 @@ impl AntEnv {
             .config
             .slew_limit_rad_s
             .map_or(f64::INFINITY, |limit| limit / ACTION_DEG.to_radians() / CONTROL_RATE_HZ);
+        // Not `clamp`: a limit that is no number is no limit, not a panic.
+        let limit = self.config.setpoint_limit;
         for (setpoint, &asked) in self.setpoint_action.iter_mut().zip(action) {
+            let asked = asked.min(limit).max(-limit);
             *setpoint += (asked - *setpoint).clamp(-reach, reach);
         }
     }

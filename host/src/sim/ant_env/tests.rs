@@ -88,6 +88,32 @@ fn an_action_outside_the_range_is_clipped() {
 }
 
 #[test]
+fn the_setpoint_stays_within_its_limit() {
+    let mut env = env(AntEnvConfig { setpoint_limit: 0.9, ..calm() });
+    let mut seen = [0.0; OBSERVATION_LEN];
+    env.reset(0, &mut seen);
+
+    env.step(&[1.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0], &mut seen);
+
+    assert_eq!(env.setpoint_action()[..3], [0.9, -0.9, 0.5]);
+}
+
+#[test]
+fn a_fall_costs_its_weight_once() {
+    let cost = |fall| {
+        let reward = RewardConfig { fall, ..RewardConfig::default() };
+        let mut env = env(AntEnvConfig { max_tilt_rad: 0.0, reward, ..calm() });
+        let mut seen = [0.0; OBSERVATION_LEN];
+        env.reset(0, &mut seen);
+        let step = env.step(&[0.5, 0.0, 0.0, 0.0, 0.9, 0.0, 0.0, 0.0], &mut seen);
+        assert!(step.terminated);
+        step.reward
+    };
+
+    assert!((cost(0.0) - cost(-5.0) - 5.0).abs() < 1e-5);
+}
+
+#[test]
 fn the_time_limit_truncates_and_is_not_terminal() {
     let mut env = env(AntEnvConfig { episode_steps: 50, ..calm() });
     let mut seen = [0.0; OBSERVATION_LEN];
