@@ -67,7 +67,7 @@ fn the_fundamental_wins_over_its_multiples() {
 #[test]
 fn a_stride_whose_halves_mirror_each_other_is_not_cut_in_two() {
     let trot = |joint: usize, phase: f64| {
-        let pair = if joint % 2 == 0 { 0.0 } else { 0.5 };
+        let pair = if joint.is_multiple_of(2) { 0.0 } else { 0.5 };
         0.5 * (TAU * (phase + pair)).sin()
     };
 

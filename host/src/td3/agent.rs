@@ -85,7 +85,7 @@ impl Agent {
             let noise = self.smoothing_noise(rows.size()[0], rng);
             let target = self.target(&rows, &noise);
             let mut losses = self.update_critics(&rows, &target, report);
-            if self.updates % self.config.policy_delay == 0 {
+            if self.updates.is_multiple_of(self.config.policy_delay) {
                 let q = self.update_actor(&rows);
                 if let Some(losses) = &mut losses {
                     losses.actor = -q.mean(Kind::Float).double_value(&[]);

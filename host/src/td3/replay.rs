@@ -79,7 +79,7 @@ impl Replay {
     /// A ring as [`Self::rows`] and [`Self::next`] left it; `None` if they do not fit together.
     pub fn restore(layout: Layout, capacity: usize, rows: Vec<f32>, next: usize) -> Option<Self> {
         let len = rows.len() / layout.row_len();
-        let whole = rows.len() % layout.row_len() == 0;
+        let whole = rows.len().is_multiple_of(layout.row_len());
         let placed = if len == capacity { next < capacity } else { next == 0 };
         (whole && len <= capacity && placed).then_some(Self { layout, capacity, next, rows })
     }

@@ -135,10 +135,11 @@ impl RunConfig {
             ("env.reward.stall", reward.stall),
             ("env.reward.joint_at_limit", reward.joint_at_limit),
             ("env.reward.feet_collision", reward.feet_collision),
+            ("env.reward.fall", reward.fall),
             ("env.reward.drift", reward.drift),
             ("env.reward.heading", reward.heading),
         ];
-        match weights.into_iter().find(|(_, weight)| !(weight.abs() <= 1000.0)) {
+        match weights.into_iter().find(|(_, weight)| !(-1000.0..=1000.0).contains(weight)) {
             Some((name, weight)) => bad(name, weight, "-1000 to 1000"),
             None => Ok(()),
         }

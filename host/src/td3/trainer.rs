@@ -215,7 +215,7 @@ impl Run<'_> {
             let stop = self.stop.load(Ordering::Relaxed);
             let epoch_ended = state.agent.updates
                 > state.progress.curve.last().map_or(0, |point| point.updates)
-                && state.agent.updates % schedule.updates_per_epoch == 0;
+                && state.agent.updates.is_multiple_of(schedule.updates_per_epoch);
             if epoch_ended {
                 self.judge(state, on_event)?;
             }

@@ -114,7 +114,7 @@ fn an_actor_update_leaves_the_critics_and_their_derivatives_alone() {
     let critics = flat(&agent.critics.parameters);
     let actor = flat(&agent.actor.parameters);
 
-    agent.update_actor(&batch());
+    let _ = agent.update_actor(&batch());
 
     assert_eq!(flat(&agent.critics.parameters), critics);
     assert!(flat(&agent.critics.gradients).iter().all(|&g| g == 0.25));
@@ -172,7 +172,7 @@ fn the_actor_climbs_the_first_critic() {
     let slope = (value_with(&mut agent, 0.01) - value_with(&mut agent, -0.01)) / 0.02;
     assert!(slope.abs() > 1e-4, "nothing to climb");
 
-    agent.update_actor(&batch());
+    let _ = agent.update_actor(&batch());
 
     let downhill = f64::from(flat(&agent.actor.gradients)[bias]);
     assert!((downhill + slope).abs() < 0.02 * slope.abs() + 1e-5, "{downhill} {slope}");
