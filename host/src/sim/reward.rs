@@ -99,7 +99,7 @@ pub struct Observed {
 /// The terms, weighted; their sum is the reward.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RewardTerms {
-    /// Standing up.
+    /// Standing up; the cost of a fall included.
     pub alive: f64,
     /// Getting on.
     pub forward: f64,

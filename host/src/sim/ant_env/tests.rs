@@ -139,6 +139,27 @@ fn lying_down_is_terminal() {
     assert!(last.reward < 0.0);
 }
 
+/// The step that ends by a fall differs from the same step with no price on it by the price.
+#[test]
+fn a_fall_costs_once_what_the_configuration_says() {
+    let last_reward = |fall: f64| {
+        let reward = RewardConfig { fall, ..RewardConfig::default() };
+        // A lean that nothing but standing perfectly still avoids.
+        let mut env = env(AntEnvConfig { max_tilt_rad: 0.02, reward, ..calm() });
+        let mut observation = [0.0; OBSERVATION_LEN];
+        env.reset(0, &mut observation);
+        let push = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, -1.0, -1.0];
+        (0..600)
+            .map(|_| env.step(&push, &mut observation))
+            .find(|step| step.terminated)
+            .map(|step| step.reward)
+    };
+
+    let (free, priced) = (last_reward(0.0).unwrap(), last_reward(-5.0).unwrap());
+
+    assert_near(free - priced, 5.0, 1e-4);
+}
+
 #[test]
 fn legs_that_swing_together_are_seen_to_touch() {
     let a = [[0.0, 0.0, 0.1], [0.1, 0.0, 0.0]];
