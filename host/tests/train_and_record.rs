@@ -1,0 +1,176 @@
+//! The commands `train` and `record` on the simulated Ant, as a user runs them.
+#![cfg(feature = "train")]
+#![allow(missing_docs)]
+
+use assert_cmd::Command;
+use host::run_folder;
+use host::td3::checkpoint;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// Seconds of training; episodes are short so that some end within it.
+const TINY: &str = "
+[td3]
+hidden_layers = 1
+hidden_width = 16
+batch_size = 16
+[schedule]
+epochs = 2
+updates_per_epoch = 40
+env_steps_per_update = 5
+round_updates = 10
+warm_up_env_steps = 100
+training_envs = 2
+evaluation_episodes = 2
+[env]
+episode_steps = 70
+";
+
+/// The same without an end in sight.
+fn endless() -> String {
+    TINY.replace("epochs = 2", "epochs = 100000")
+}
+
+fn host(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host"));
+    command.current_dir(folder).timeout(Duration::from_secs(120));
+    command
+}
+
+fn folder_with(config: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tiny.toml"), config).unwrap();
+    folder
+}
+
+fn json(output: &[u8]) -> serde_json::Value {
+    serde_json::from_slice(output).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(output)))
+}
+
+#[test]
+fn train_leaves_a_run_that_the_next_commands_find() {
+    let folder = folder_with(TINY);
+
+    let output =
+        host(folder.path()).args(["train", "--config", "tiny.toml", "--seed", "3", "--json"]).assert();
+
+    let result = json(&output.success().get_output().stdout);
+    assert_eq!(result["seed"], 3);
+    assert_eq!(result["updates"], 80);
+    assert_eq!(result["train_env_steps"], 500);
+    assert!(result["reward_trained"].as_f64() >= result["reward_untrained"].as_f64());
+    let run = folder.path().join(run_folder::LATEST);
+    for file in [run_folder::CONFIG, run_folder::ROBOT, run_folder::POLICY, run_folder::LEARNING_CURVE] {
+        assert!(run.join(file).is_file(), "{file}");
+    }
+    let curve = std::fs::read_to_string(run.join(run_folder::LEARNING_CURVE)).unwrap();
+    assert_eq!(curve.lines().count(), 4, "{curve}");
+}
+
+/// The Ant cannot be saved; its episode is played again. Only if that leads to
+/// the very same state do the networks come out alike.
+#[test]
+fn an_interrupted_run_of_the_ant_ends_as_if_it_had_not_been() {
+    let folder = folder_with(TINY);
+    let train = |args: &[&str]| host(folder.path()).arg("train").args(args).assert().success();
+    let longer = TINY.replace("epochs = 2", "epochs = 4");
+    std::fs::write(folder.path().join("longer.toml"), &longer).unwrap();
+    train(&["--config", "longer.toml", "--out", "whole"]);
+
+    train(&["--config", "tiny.toml", "--out", "broken"]);
+    let config = folder.path().join("broken").join(run_folder::CONFIG);
+    let text = std::fs::read_to_string(&config).unwrap();
+    std::fs::write(&config, text.replace("epochs = 2", "epochs = 4")).unwrap();
+    train(&["--resume", "broken"]);
+
+    let state = |run: &str| {
+        // 100 random steps are 2 rounds, 160 updates are 16 more.
+        let name = "round-18.safetensors";
+        std::fs::read(folder.path().join(run).join(checkpoint::FOLDER).join(name)).unwrap()
+    };
+    assert_eq!(state("whole"), state("broken"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_saves_says_how_to_go_on_and_exits_130() {
+    let folder = folder_with(&endless());
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_host"))
+        .current_dir(folder.path())
+        .args(["train", "--config", "tiny.toml", "--out", "run"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let state = folder.path().join("run").join(checkpoint::FOLDER).join("state.json");
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !state.exists() {
+        assert!(Instant::now() < deadline, "no checkpoint within a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > deadline {
+            child.kill().unwrap();
+            panic!("still running after Ctrl-C");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("--resume run"), "{text}");
+    let config = folder.path().join("run").join(run_folder::CONFIG);
+    let resumed = std::fs::read_to_string(&config).unwrap().replace("epochs = 100000", "epochs = 1");
+    std::fs::write(&config, resumed).unwrap();
+    host(folder.path()).args(["train", "--resume", "run"]).assert().success();
+}
+
+#[test]
+fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
+    let folder = folder_with("[td3]\nbatchsize = 3\n");
+    let fails = |args: &[&str], code: i32, says: &str| {
+        let output = host(folder.path()).args(args).assert().code(code);
+        let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(text.contains(says), "{text}");
+    };
+
+    fails(&["train", "--config", "tiny.toml"], 3, "batchsize");
+    fails(&["train", "--config", "none.toml"], 3, "none.toml");
+    fails(&["train", "--robot", "none.toml"], 3, "none.toml");
+    fails(&["train", "--leg", "7"], 2, "7 is no leg scale");
+    fails(&["train", "--resume", "nowhere"], 3, "nowhere");
+    fails(&["train", "--resume", "nowhere", "--seed", "1"], 2, "--seed");
+    fails(&["record"], 3, "runs/latest");
+    fails(&["record", "--trials", "0"], 2, "0");
+    assert!(!folder.path().join(run_folder::LATEST).exists());
+}
+
+#[test]
+fn a_run_is_not_trained_over() {
+    let folder = folder_with(TINY);
+    let args = ["train", "--config", "tiny.toml", "--out", "run"];
+    host(folder.path()).args(args).assert().success();
+
+    let output = host(folder.path()).args(args).assert().code(2);
+
+    let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(text.contains("holds a run already"), "{text}");
+}
+
+/// An untrained network stands or twitches; a stride made of that would be a lie.
+#[test]
+fn record_refuses_a_policy_that_has_no_gait_and_writes_nothing() {
+    let folder = folder_with(TINY);
+    host(folder.path()).args(["train", "--config", "tiny.toml"]).assert().success();
+
+    let output = host(folder.path()).args(["record", "--trials", "4"]).assert().code(3);
+
+    let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(text.contains("cannot be recorded"), "{text}");
+    assert!(!folder.path().join(run_folder::LATEST).join(run_folder::TRAJECTORY).exists());
+}
