@@ -7,8 +7,9 @@ use host::run_folder;
 use host::td3::POLICY_DESCRIPTION;
 use host::td3::checkpoint::{self, CheckpointError};
 use host::td3::config::{Learning, Schedule, Td3Config};
+use host::td3::outcome::{Ending, Event, Outcome, TrainError};
 use host::td3::policy::Policy;
-use host::td3::trainer::{Ending, Event, Outcome, Run, TrainError};
+use host::td3::trainer::Run;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -7,7 +7,7 @@
 use super::agent::Agent;
 use super::collect::{CollectorState, Episode};
 use super::config::Td3Config;
-use super::evaluate::Evaluation;
+use super::curve::CurvePoint;
 use super::networks::numbers;
 use super::replay::{Layout, Replay};
 use super::tensor_file::{TensorFile, TensorFileError};
@@ -56,36 +56,6 @@ pub enum CheckpointError {
         /// The part.
         what: &'static str,
     },
-}
-
-/// One evaluation: a row of the learning curve.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct CurvePoint {
-    /// Control steps gathered.
-    pub env_steps: u64,
-    /// Updates done.
-    pub updates: u64,
-    /// Wall-clock time learning, interruptions left out.
-    pub wall_s: f64,
-    /// Mean reward of an evaluation episode.
-    pub reward: f64,
-    /// Mean forward speed.
-    pub speed_m_s: f64,
-    /// Mean control steps of an evaluation episode.
-    pub episode_steps: f64,
-    /// Of the latest round.
-    pub critic_loss: f64,
-    /// Of the latest round.
-    pub actor_loss: f64,
-    /// Of the latest round.
-    pub q_mean: f64,
-}
-
-impl CurvePoint {
-    /// The evaluation alone.
-    pub fn evaluation(&self) -> Evaluation {
-        Evaluation { reward: self.reward, speed_m_s: self.speed_m_s, steps: self.episode_steps }
-    }
 }
 
 /// The parts of a run's state that are no tensors.

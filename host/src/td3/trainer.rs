@@ -7,53 +7,23 @@
 
 use super::MakeEnv;
 use super::agent::{Agent, Losses};
-use super::checkpoint::{self, CheckpointError, CurvePoint, Progress};
-use super::collect::{CollectError, Collector, CollectorState, Order};
+use super::checkpoint::{self, Progress};
+use super::collect::{Collector, CollectorState, Order};
 use super::config::Learning;
+use super::curve::{CurvePoint, to_csv};
 use super::evaluate::evaluate;
+use super::outcome::{Ending, Event, Outcome, TrainError};
 use super::random::{Purpose, stream};
 use super::replay::{Layout, Replay};
-use super::tensor_file::TensorFileError;
-use crate::run_folder::{self, FileError};
+use crate::run_folder;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::Instant;
-use thiserror::Error;
 
 /// A mean value beyond this belongs to no task here: rewards are of order 1 and
 /// gamma at most 0.9999.
 const DIVERGED_Q: f64 = 1e6;
-
-/// Why a run stopped before its schedule was done.
-#[derive(Debug, Error)]
-pub enum TrainError {
-    /// Losses or weights are no numbers any more.
-    #[error("learning diverged at update {updates}: critic loss {critic_loss}, mean value {q_mean}")]
-    Diverged {
-        /// Updates done.
-        updates: u64,
-        /// Of the latest round.
-        critic_loss: f64,
-        /// Of the latest round.
-        q_mean: f64,
-    },
-    /// The task's fault.
-    #[error(transparent)]
-    Collect(#[from] CollectError),
-    /// The checkpoint's fault.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// A policy cannot be written.
-    #[error(transparent)]
-    Policy(#[from] TensorFileError),
-    /// Another file cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A bug in the simulation; its message is on standard error.
-    #[error("the thread that gathers experience panicked")]
-    CollectorGone,
-}
 
 /// What a run learns and where it is kept.
 pub struct Run<'a> {
@@ -67,56 +37,6 @@ pub struct Run<'a> {
     pub folder: &'a Path,
     /// Stops the run at the end of the round once it is true.
     pub stop: &'a AtomicBool,
-}
-
-/// How a run ended without an error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
-    /// The schedule is done.
-    Done,
-    /// Asked to stop; the checkpoint is written.
-    Stopped,
-}
-
-/// What a run came to.
-#[derive(Debug)]
-pub struct Outcome {
-    /// How.
-    pub ending: Ending,
-    /// Every evaluation; the first is that of the untrained policy.
-    pub curve: Vec<CurvePoint>,
-    /// Index of the best.
-    pub best: usize,
-    /// Updates done.
-    pub updates: u64,
-    /// Control steps gathered.
-    pub env_steps: u64,
-    /// Wall-clock time, interruptions left out.
-    pub wall_s: f64,
-}
-
-/// What the caller hears while a run goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event {
-    /// An interrupted run goes on; its best policy is in the folder.
-    Resumed {
-        /// Updates done before.
-        updates: u64,
-    },
-    /// A round is done.
-    Round {
-        /// Updates done.
-        updates: u64,
-        /// Control steps gathered.
-        env_steps: u64,
-    },
-    /// An evaluation is done and saved.
-    Evaluated {
-        /// The row of the learning curve.
-        point: CurvePoint,
-        /// Its policy is the best so far, and written.
-        best: bool,
-    },
 }
 
 struct State {
@@ -301,10 +221,7 @@ impl Run<'_> {
             policy.save(&self.folder.join(run_folder::POLICY))?;
             self.describe(&point)?;
         }
-        run_folder::write(
-            &self.folder.join(run_folder::LEARNING_CURVE),
-            curve_csv(&progress.curve).as_bytes(),
-        )?;
+        run_folder::write(&self.folder.join(run_folder::LEARNING_CURVE), to_csv(&progress.curve).as_bytes())?;
         on_event(Event::Evaluated { point, best });
         Ok(())
     }
@@ -322,26 +239,4 @@ impl Run<'_> {
         let path = self.folder.join(super::POLICY_DESCRIPTION);
         Ok(run_folder::write(&path, format!("{description:#}\n").as_bytes())?)
     }
-}
-
-/// The learning curve as people and plots read it.
-fn curve_csv(curve: &[CurvePoint]) -> String {
-    let mut csv = String::from(
-        "env_steps,updates,wall_s,reward,speed_m_s,episode_steps,critic_loss,actor_loss,q_mean\n",
-    );
-    for p in curve {
-        csv += &format!(
-            "{},{},{:.2},{:.4},{:.5},{:.1},{:.6},{:.6},{:.6}\n",
-            p.env_steps,
-            p.updates,
-            p.wall_s,
-            p.reward,
-            p.speed_m_s,
-            p.episode_steps,
-            p.critic_loss,
-            p.actor_loss,
-            p.q_mean
-        );
-    }
-    csv
 }
