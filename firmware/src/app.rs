@@ -299,10 +299,11 @@ impl App {
     /// # Errors
     /// Which one is not.
     pub(crate) fn configure_chips(&mut self, board: &mut impl Board) -> Result<(), Fault> {
-        let (bus, clock) = board.bus_and_clock();
+        let mut delay = board.delay();
+        let bus = board.bus();
         if servos::check(bus).is_err() {
             bus.recover();
-            servos::configure(bus, clock).map_err(|_| Fault::ServoDriverLost)?;
+            servos::configure(bus, &mut delay).map_err(|_| Fault::ServoDriverLost)?;
         }
         if power::check(bus).is_err() {
             power::configure(bus).map_err(|_| Fault::SensorLost)?;

@@ -9,7 +9,7 @@ use embedded_hal::i2c::I2c;
 use crate::servos::ServoBurst;
 
 /// The frame timer, 60 frames a second without drift.
-pub trait FrameClock: DelayNs {
+pub trait FrameClock {
     /// Frame starts since the last call; more than 1 means that one was missed.
     fn take_frames(&mut self) -> u8;
 
@@ -80,6 +80,8 @@ pub trait Board {
     type Bus: Bus;
     /// The frame timer.
     type Clock: FrameClock;
+    /// Waits of microseconds, where a chip asks for them.
+    type Delay: DelayNs;
     /// The port to the host.
     type Serial: SerialRing;
     /// Where the gait is kept.
@@ -91,8 +93,8 @@ pub trait Board {
     fn bus(&mut self) -> &mut Self::Bus;
     /// The frame timer.
     fn clock(&mut self) -> &mut Self::Clock;
-    /// The bus and the timer together, for what needs a delay between transfers.
-    fn bus_and_clock(&mut self) -> (&mut Self::Bus, &mut Self::Clock);
+    /// Waits of microseconds; a value of its own, because the bus is in use meanwhile.
+    fn delay(&self) -> Self::Delay;
     /// The port to the host.
     fn serial(&mut self) -> &mut Self::Serial;
     /// Where the gait is kept.

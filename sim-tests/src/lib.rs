@@ -13,4 +13,5 @@ pub mod firmware_image;
 pub mod fixtures;
 pub mod nano;
 pub mod pty;
+pub mod sim_robot;
 pub mod virtual_robot;

@@ -37,6 +37,7 @@ struct Nano {
 impl Board for Nano {
     type Bus = twi::Twi;
     type Clock = timer::Timer;
+    type Delay = timer::Delay;
     type Serial = usart::Usart;
     type Memory = eeprom::Eeprom;
     type Watchdog = reset::Watchdog;
@@ -49,8 +50,8 @@ impl Board for Nano {
         &mut self.clock
     }
 
-    fn bus_and_clock(&mut self) -> (&mut twi::Twi, &mut timer::Timer) {
-        (&mut self.bus, &mut self.clock)
+    fn delay(&self) -> timer::Delay {
+        timer::Delay
     }
 
     fn serial(&mut self) -> &mut usart::Usart {

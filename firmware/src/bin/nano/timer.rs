@@ -90,7 +90,10 @@ impl FrameClock for Timer {
     }
 }
 
-impl DelayNs for Timer {
+/// Counts cycles; interrupts make it longer.
+pub struct Delay;
+
+impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
         // 62.5 ns a cycle, that is 1/64 + 1/2560 of a nanosecond; rounded up, and
         // without a division.

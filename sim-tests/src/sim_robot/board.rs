@@ -1,0 +1,375 @@
+//! The simulated HAL.
+//!
+//! Owns a clock that moves only when told, a serial line at its real pace
+//! behind rings of the real size, the chips of [`crate::devices`], a memory that
+//! takes 3.4 ms a byte and loses the byte under way when the power goes, and a
+//! watchdog that measures instead of resetting. Refuses misuse: reading memory
+//! during a write, or writing a byte where there is no room, is a panic.
+
+use crate::devices::Bus as Chips;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
+use firmware::hal::{Board, BurstState, Bus, FrameClock, PersistentMemory, SerialRing, Watchdog};
+use firmware::servos::{self, ServoBurst};
+use protocol::FRAME_RATE_HZ;
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// Simulated time.
+pub const NS_PER_S: u64 = 1_000_000_000;
+/// 9 bits at 400 kHz.
+const BUS_BYTE_NS: u64 = 22_500;
+/// When a transfer on a stuck bus is given up.
+const BUS_TIMEOUT_NS: u64 = 1_000_000;
+/// The INA219 board's shunt.
+const SHUNT_OHM: f64 = 0.1;
+/// 10 bits at 115,200 baud.
+const SERIAL_BYTE_NS: u64 = 86_806;
+/// Bytes that a ring of the board holds.
+const RING_CAPACITY: usize = 127;
+/// One byte of EEPROM.
+const MEMORY_WRITE_NS: u64 = 3_400_000;
+/// The simulated board.
+pub struct SimBoard {
+    now_ns: u64,
+    frames: u64,
+    untaken_frames: u8,
+    /// The chips on the bus, to measure and to break.
+    pub chips: Chips,
+    staged: ServoBurst,
+    burst_ends_ns: u64,
+    burst_failed: bool,
+    incoming: VecDeque<u8>,
+    incoming_next_ns: u64,
+    received: VecDeque<u8>,
+    to_send: VecDeque<u8>,
+    sent_next_ns: u64,
+    outgoing: Vec<u8>,
+    memory: [u8; 1024],
+    memory_free_ns: u64,
+    memory_write_at: u16,
+    /// What the memory stores instead of what it is told, for a worn cell.
+    pub worn_cell: Option<u16>,
+    fed_ns: u64,
+    longest_unfed_ns: u64,
+    servos_noted_on: bool,
+    waited_ns: Rc<Cell<u64>>,
+}
+
+/// A transfer ended early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SimBusError {
+    /// No chip took the byte.
+    NoAcknowledge,
+    /// The bus is stuck.
+    Timeout,
+}
+
+impl i2c::Error for SimBusError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::NoAcknowledge => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Unknown),
+            Self::Timeout => ErrorKind::Other,
+        }
+    }
+}
+
+impl SimBoard {
+    /// A healthy board with erased memory and 5 V supply.
+    pub(super) fn new() -> Self {
+        let mut chips = Chips::default();
+        chips.ina219.set_inputs(0.0, 5.0, 0.0);
+        Self {
+            now_ns: 0,
+            frames: 0,
+            untaken_frames: 0,
+            chips,
+            staged: servos::limp_burst(),
+            burst_ends_ns: 0,
+            burst_failed: false,
+            incoming: VecDeque::new(),
+            incoming_next_ns: 0,
+            received: VecDeque::new(),
+            to_send: VecDeque::new(),
+            sent_next_ns: 0,
+            outgoing: Vec::new(),
+            memory: [0xFF; 1024],
+            memory_free_ns: 0,
+            memory_write_at: 0,
+            worn_cell: None,
+            fed_ns: 0,
+            longest_unfed_ns: 0,
+            servos_noted_on: false,
+            waited_ns: Rc::default(),
+        }
+    }
+
+    /// The board after a reset: rings and timers anew, everything else as it was.
+    pub(super) fn after_reset(self) -> Self {
+        let mut board = Self::new();
+        board.now_ns = self.now_ns;
+        board.fed_ns = self.now_ns;
+        board.frames = self.frames;
+        board.chips = self.chips;
+        board.memory = self.memory;
+        board.memory_free_ns = self.now_ns;
+        board.servos_noted_on = self.servos_noted_on;
+        board
+    }
+
+    /// The board after the power was off: the byte being written is erased,
+    /// not written, and the chips start anew.
+    pub(super) fn after_power_cut(mut self) -> Self {
+        if self.is_busy() {
+            self.memory[usize::from(self.memory_write_at)] = 0xFF;
+        }
+        Self { memory: self.memory, ..Self::new() }
+    }
+
+    /// Loads the supply from now on.
+    pub fn set_supply(&mut self, bus_v: f64, current_a: f64) {
+        let now_s = self.now_s();
+        self.chips.ina219.set_inputs(current_a * SHUNT_OHM, bus_v, now_s);
+    }
+
+    /// Frames since power-on.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Longest time that the watchdog was not fed.
+    #[must_use]
+    pub fn longest_unfed_s(&self) -> f64 {
+        self.longest_unfed_ns as f64 / NS_PER_S as f64
+    }
+
+    /// The persistent memory.
+    #[must_use]
+    pub fn memory(&self) -> &[u8; 1024] {
+        &self.memory
+    }
+
+    /// The persistent memory, to damage.
+    pub fn memory_mut(&mut self) -> &mut [u8; 1024] {
+        &mut self.memory
+    }
+
+    pub(super) fn servos_noted_on(&self) -> bool {
+        self.servos_noted_on
+    }
+
+    pub(super) fn receive(&mut self, bytes: &[u8]) {
+        self.incoming.extend(bytes);
+    }
+
+    pub(super) fn take_outgoing(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.outgoing)
+    }
+
+    /// Seconds since power-on.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        self.now_ns as f64 / NS_PER_S as f64
+    }
+
+    fn next_frame_ns(&self) -> u64 {
+        (self.frames + 1) * NS_PER_S / u64::from(FRAME_RATE_HZ)
+    }
+
+    pub(super) fn advance(&mut self, ns: u64) {
+        self.now_ns += ns;
+        self.longest_unfed_ns = self.longest_unfed_ns.max(self.now_ns - self.fed_ns);
+        while self.now_ns >= self.next_frame_ns() {
+            self.frames += 1;
+            self.untaken_frames = self.untaken_frames.saturating_add(1);
+            let (result, busy_ns) =
+                self.transfer(servos::ADDRESS, &mut [Operation::Write(&self.staged.clone())]);
+            self.burst_failed = result.is_err();
+            self.burst_ends_ns = self.now_ns + busy_ns;
+        }
+        self.move_serial_bytes();
+    }
+
+    fn move_serial_bytes(&mut self) {
+        while self.incoming_next_ns <= self.now_ns {
+            let Some(byte) = self.incoming.pop_front() else { break };
+            // A full ring drops the byte, as the board does.
+            if self.received.len() < RING_CAPACITY {
+                self.received.push_back(byte);
+            }
+            self.incoming_next_ns += SERIAL_BYTE_NS;
+        }
+        self.incoming_next_ns = self.incoming_next_ns.max(self.now_ns);
+        while self.sent_next_ns <= self.now_ns {
+            let Some(byte) = self.to_send.pop_front() else { break };
+            self.outgoing.push(byte);
+            self.sent_next_ns += SERIAL_BYTE_NS;
+        }
+        self.sent_next_ns = self.sent_next_ns.max(self.now_ns);
+    }
+
+    /// Does a transfer at once; returns how long it would have kept the bus.
+    fn transfer(&mut self, address: u8, operations: &mut [Operation<'_>]) -> (Result<(), SimBusError>, u64) {
+        if self.chips.is_stuck() {
+            return (Err(SimBusError::Timeout), BUS_TIMEOUT_NS);
+        }
+        let now_s = self.now_s();
+        let mut bytes = 0;
+        let mut result = Ok(());
+        let mut direction = None;
+        'transfer: for operation in operations {
+            let reads = matches!(operation, Operation::Read(_));
+            if direction != Some(reads) {
+                direction = Some(reads);
+                bytes += 1;
+                if !self.chips.start(address, reads, now_s) {
+                    result = Err(SimBusError::NoAcknowledge);
+                    break;
+                }
+            }
+            match operation {
+                Operation::Write(data) => {
+                    for &byte in *data {
+                        bytes += 1;
+                        if !self.chips.write(byte, now_s) {
+                            result = Err(SimBusError::NoAcknowledge);
+                            break 'transfer;
+                        }
+                    }
+                }
+                Operation::Read(data) => {
+                    for byte in data.iter_mut() {
+                        bytes += 1;
+                        *byte = self.chips.read(now_s);
+                    }
+                }
+            }
+        }
+        self.chips.stop(now_s);
+        (result, bytes * BUS_BYTE_NS)
+    }
+}
+
+impl ErrorType for SimBoard {
+    type Error = SimBusError;
+}
+
+impl I2c for SimBoard {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), SimBusError> {
+        if self.now_ns < self.burst_ends_ns {
+            self.advance(self.burst_ends_ns - self.now_ns);
+        }
+        let waited_ns = self.waited_ns.take();
+        self.advance(waited_ns);
+        let (result, busy_ns) = self.transfer(address, operations);
+        self.advance(busy_ns);
+        result
+    }
+}
+
+impl Bus for SimBoard {
+    fn stage(&mut self, burst: &ServoBurst) {
+        self.staged = *burst;
+    }
+
+    fn burst(&mut self) -> BurstState {
+        match (self.now_ns < self.burst_ends_ns, self.burst_failed) {
+            (true, _) => BurstState::Running,
+            (false, false) => BurstState::Done,
+            (false, true) => BurstState::Failed,
+        }
+    }
+
+    fn recover(&mut self) {
+        self.advance(200_000);
+    }
+}
+
+/// A wait; the board's clock catches up at the next transfer.
+pub struct SimDelay(Rc<Cell<u64>>);
+
+impl DelayNs for SimDelay {
+    fn delay_ns(&mut self, ns: u32) {
+        self.0.set(self.0.get() + u64::from(ns));
+    }
+}
+
+impl FrameClock for SimBoard {
+    fn take_frames(&mut self) -> u8 {
+        std::mem::take(&mut self.untaken_frames)
+    }
+
+    fn left_us(&mut self) -> u16 {
+        ((self.next_frame_ns() - self.now_ns) / 1_000) as u16
+    }
+}
+
+impl SerialRing for SimBoard {
+    fn read(&mut self) -> Option<u8> {
+        self.received.pop_front()
+    }
+
+    fn room(&self) -> usize {
+        RING_CAPACITY - self.to_send.len()
+    }
+
+    fn write(&mut self, byte: u8) {
+        assert!(self.room() > 0, "a byte was written without asking for room");
+        self.to_send.push_back(byte);
+    }
+}
+
+impl PersistentMemory for SimBoard {
+    fn is_busy(&self) -> bool {
+        self.now_ns < self.memory_free_ns
+    }
+
+    fn read(&mut self, at: u16) -> u8 {
+        assert!(!self.is_busy(), "memory was read during a write");
+        self.memory[usize::from(at)]
+    }
+
+    fn write(&mut self, at: u16, byte: u8) {
+        assert!(!self.is_busy(), "memory was written during a write");
+        self.memory[usize::from(at)] = if self.worn_cell == Some(at) { !byte } else { byte };
+        self.memory_write_at = at;
+        self.memory_free_ns = self.now_ns + MEMORY_WRITE_NS;
+    }
+}
+
+impl Watchdog for SimBoard {
+    fn feed(&mut self, servos_on: bool) {
+        self.fed_ns = self.now_ns;
+        self.servos_noted_on = servos_on;
+    }
+}
+
+/// One struct is the whole board: what is shared, above all the time, is shared.
+impl Board for SimBoard {
+    type Bus = Self;
+    type Clock = Self;
+    type Delay = SimDelay;
+    type Serial = Self;
+    type Memory = Self;
+    type Watchdog = Self;
+    fn bus(&mut self) -> &mut Self {
+        self
+    }
+    fn clock(&mut self) -> &mut Self {
+        self
+    }
+    fn delay(&self) -> SimDelay {
+        SimDelay(Rc::clone(&self.waited_ns))
+    }
+    fn serial(&mut self) -> &mut Self {
+        self
+    }
+    fn memory(&mut self) -> &mut Self {
+        self
+    }
+    fn watchdog(&mut self) -> &mut Self {
+        self
+    }
+}

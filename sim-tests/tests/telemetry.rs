@@ -1,0 +1,194 @@
+//! What the robot tells about a trial, above all its energy.
+
+use protocol::{Command, State, Telemetry};
+use sim_tests::devices::Chip;
+use sim_tests::fixtures::{self, amplitude};
+use sim_tests::sim_robot::SimRobot;
+
+fn streaming() -> SimRobot {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(2.2), false);
+    robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
+    robot
+}
+
+fn walk(robot: &mut SimRobot, frames: u32) -> Telemetry {
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(frames) });
+    robot.run_until(State::Holding);
+    robot.run_frames(3);
+    robot.telemetry().last().unwrap()
+}
+
+#[test]
+fn energy_of_a_constant_load_is_exactly_power_times_time() {
+    let mut robot = streaming();
+    // 1,250 counts of 4 mV and 4,000 counts of 100 uA: 2 W.
+    robot.board.set_supply(5.0, 0.4);
+
+    let sample = walk(&mut robot, 720);
+
+    assert_eq!(sample.trial_energy_uj, 24_000_000, "2 W for 12 s");
+    assert_eq!((sample.bus_mv, sample.current_ua), (5_000, 400_000));
+    assert_eq!((sample.trial_frames, sample.missed_samples), (720, 0));
+}
+
+/// 7 * 13 counts are 91 / 150 of a microjoule a frame: only the carried
+/// remainder makes anything of it.
+#[test]
+fn energy_far_below_a_microjoule_a_frame_is_not_lost() {
+    let mut robot = streaming();
+    robot.board.set_supply(0.028, 0.001_3);
+
+    let sample = walk(&mut robot, 720);
+
+    assert_eq!(sample.trial_energy_uj, 720 * 91 / 150);
+}
+
+#[test]
+fn energy_counts_gait_frames_only() {
+    let mut robot = streaming();
+    robot.board.set_supply(5.0, 0.4);
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(60) });
+
+    robot.run_frames(5);
+    let entering = robot.telemetry().last().unwrap();
+    robot.run_until(State::Idle);
+    robot.board.set_supply(5.0, 1.0);
+    robot.run_frames(60);
+    let after = robot.telemetry().last().unwrap();
+
+    assert_eq!((entering.state, entering.trial_frames, entering.trial_energy_uj), (State::Entering, 0, 0));
+    assert_eq!((after.trial_frames, after.trial_energy_uj), (60, 2_000_000), "frozen with the last frame");
+    assert_eq!(after.current_ua, 1_000_000, "while the sensor is still read");
+}
+
+#[test]
+fn a_second_trial_starts_from_zero() {
+    let mut robot = streaming();
+    robot.board.set_supply(5.0, 0.4);
+    walk(&mut robot, 60);
+
+    let second = walk(&mut robot, 30);
+
+    assert_eq!((second.trial_frames, second.trial_energy_uj), (30, 1_000_000));
+}
+
+#[test]
+fn energy_follows_a_changing_load_to_within_a_sample() {
+    let mut robot = streaming();
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300) });
+    robot.run_until(State::Walking);
+    let mut expected_uj = 0.0;
+    while robot.state() == State::Walking {
+        // Changes every 10 frames, between 0.5 and 6 W.
+        let load_a = 0.1 + 0.1 * ((robot.board.frames() / 10) % 12) as f64;
+        robot.board.set_supply(5.0, load_a);
+        robot.run_frames(1);
+        expected_uj += 5.0 * load_a / 60.0 * 1e6;
+    }
+    robot.run_frames(3);
+
+    let energy_uj = robot.telemetry().last().unwrap().trial_energy_uj as f64;
+
+    // Two frames of the largest load at either end.
+    assert!((energy_uj - expected_uj).abs() < 2.0 * 6.0 / 60.0 * 1e6, "{energy_uj} of {expected_uj}");
+}
+
+#[test]
+fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
+    let mut robot = streaming();
+    robot.board.set_supply(5.0, 0.4);
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120) });
+    robot.run_until(State::Walking);
+    robot.run_frames(20);
+
+    robot.board.chips.unplug(Chip::Ina219);
+    robot.run_frames(3);
+    robot.board.chips.replug(Chip::Ina219);
+    robot.run_until(State::Holding);
+    robot.run_frames(3);
+
+    let sample = robot.telemetry().last().unwrap();
+    assert_eq!(sample.missed_samples, 3);
+    assert_eq!((sample.trial_frames, sample.trial_energy_uj), (120, 4_000_000));
+}
+
+#[test]
+fn a_saturated_sensor_is_counted_and_not_believed() {
+    let mut robot = streaming();
+    robot.board.set_supply(5.0, 0.4);
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120) });
+    robot.run_until(State::Walking);
+    robot.run_frames(20);
+
+    // 3.2 A is the end of the range.
+    robot.board.set_supply(5.0, 3.5);
+    robot.run_frames(3);
+    robot.board.set_supply(5.0, 0.4);
+    robot.run_until(State::Holding);
+    robot.run_frames(3);
+
+    let sample = robot.telemetry().last().unwrap();
+    assert!((2..=5).contains(&sample.missed_samples), "{} missed", sample.missed_samples);
+    // Averages on the way in and out may be anything below 3.2 A.
+    assert!(sample.trial_energy_uj < 4_000_000 + 4 * 16 * 1_000_000 / 60, "{}", sample.trial_energy_uj);
+}
+
+#[test]
+fn a_braking_servo_that_feeds_the_supply_is_subtracted() {
+    let mut robot = streaming();
+    robot.board.set_supply(5.0, 0.4);
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120) });
+    robot.run_until(State::Walking);
+    robot.run_frames(61);
+    let before = robot.telemetry().last().unwrap();
+    robot.board.set_supply(5.0, -0.1);
+    robot.run_until(State::Holding);
+    robot.run_frames(3);
+
+    let after = robot.telemetry().last().unwrap();
+
+    assert_eq!(after.current_ua, -100_000);
+    assert!(after.trial_energy_uj < before.trial_energy_uj, "{before:?} {after:?}");
+}
+
+#[test]
+fn telemetry_comes_as_often_as_asked_and_stops() {
+    let mut robot = streaming();
+    let count = |robot: &mut SimRobot, every_frames| {
+        robot.expect_done(Command::StreamTelemetry { every_frames });
+        robot.run_frames(2);
+        let before = robot.telemetry().count();
+        robot.run_frames(60);
+        robot.telemetry().count() - before
+    };
+
+    assert_eq!(count(&mut robot, 1), 60);
+    assert_eq!(count(&mut robot, 6), 10);
+    assert_eq!(count(&mut robot, 0), 0);
+    let clock: Vec<u32> = robot.telemetry().take(50).map(|sample| sample.uptime_frames).collect();
+    assert!(clock.windows(2).all(|pair| pair[1] == pair[0] + 1), "{clock:?}");
+}
+
+/// Whatever goes missing goes missing whole: the bench panics on half a frame.
+#[test]
+fn a_flood_of_commands_is_answered_in_full_between_whole_telemetry_frames() {
+    let mut robot = streaming();
+    robot.expect_done(Command::Walk { amplitude: None, frames: None });
+    let answered = robot.answers();
+
+    // More than the line back can carry: 8 commands of some 80 bytes of answer a frame.
+    let mut asked = 0;
+    for _ in 0..60 {
+        for _ in 0..2 {
+            let frame = robot.framed(Command::ReadGait { offset: 0 });
+            robot.send(&frame);
+            asked += 1;
+        }
+        robot.run_frames(1);
+    }
+    robot.run_frames(60);
+
+    assert_eq!(robot.answers() - answered, asked);
+    assert!(robot.telemetry().count() > 30);
+}

@@ -1,0 +1,316 @@
+//! Gaits on their way into the robot, and through power cuts.
+
+use proptest::prelude::*;
+use protocol::command::Storage;
+use protocol::gait::GaitError;
+use protocol::{Chunk, Command, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
+use sim_tests::fixtures::{self, Gait, amplitude};
+use sim_tests::sim_robot::{Pulses, SimRobot, encoded};
+
+const COMMIT: Command = Command::UploadCommit { amplitude: protocol::Amplitude::ONE, persist: false };
+
+/// A noisy cable flips bits that no frame check sees; the table's own does.
+#[test]
+fn corrupt_upload_is_refused_and_the_old_gait_keeps_playing() {
+    let (old, new) = (fixtures::trot(), fixtures::medley());
+    let mut undisturbed = SimRobot::playing(&old, amplitude(2.2));
+    let mut robot = SimRobot::playing(&old, amplitude(2.2));
+    let mut table = encoded(&new);
+    table[100] ^= 0x10;
+    let before = robot.status().gait;
+
+    let start = robot.board.frames();
+    robot.take_pulses();
+    robot.send_pieces(&table);
+    let reply = robot.ask(COMMIT);
+    robot.run_frames(100);
+    let took = robot.board.frames() - start;
+
+    assert_eq!(reply, Reply::Refused(Refusal::BadGait(GaitError::Crc)));
+    assert_eq!(robot.status().gait, before);
+    assert_eq!(robot.state(), State::Walking);
+    assert_same_course(&robot.take_pulses(), &undisturbed.pulses_over(took));
+}
+
+/// Two robots that were asked things in different frames: compares their
+/// pulses from equal poses on.
+fn assert_same_course(with: &[Pulses], without: &[Pulses]) {
+    let start = with.iter().position(|pulses| *pulses == without[5]).expect("the same gait");
+    let len = with.len().min(without.len()) - start.max(5);
+    assert!(len > 60, "{len} frames to compare");
+    assert_eq!(with[start..][..len], without[5..][..len]);
+}
+
+#[test]
+fn an_upload_is_active_at_once_and_reads_back() {
+    let gait = fixtures::medley();
+    let mut robot = SimRobot::new();
+
+    robot.upload(&gait, amplitude(2.2), false);
+
+    let status = robot.status();
+    let active = status.gait.unwrap();
+    assert_eq!((active.name.as_str(), active.amplitude), ("medley", amplitude(2.2)));
+    assert_eq!(status.storage, Storage::RamOnly);
+    assert_eq!(read_back(&mut robot), encoded(&gait));
+}
+
+fn read_back(robot: &mut SimRobot) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    loop {
+        match robot.ask(Command::ReadGait { offset: bytes.len() as u16 }) {
+            Reply::GaitChunk(chunk) if chunk.as_slice().is_empty() => return bytes,
+            Reply::GaitChunk(chunk) => bytes.extend_from_slice(chunk.as_slice()),
+            other => panic!("a piece of the gait was asked for, not {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn pieces_may_come_in_any_order_and_twice() {
+    let table = encoded(&fixtures::trot());
+    let mut robot = SimRobot::new();
+    robot.expect_done(Command::UploadBegin { len: table.len() as u16 });
+
+    for (index, piece) in table.chunks(50).enumerate().rev().chain(table.chunks(50).enumerate().take(2)) {
+        let offset = (index * 50) as u16;
+        robot.expect_done(Command::UploadChunk { offset, data: Chunk::of(piece) });
+    }
+
+    robot.expect_done(COMMIT);
+}
+
+#[test]
+fn pieces_outside_the_announced_table_are_refused() {
+    let mut robot = SimRobot::new();
+    let range = Reply::Refused(Refusal::UploadRange);
+    let piece = |offset| Command::UploadChunk { offset, data: Chunk::of(&[1; 64]) };
+
+    assert_eq!(robot.ask(piece(0)), range, "nothing announced");
+    assert_eq!(robot.ask(Command::UploadBegin { len: 0 }), range);
+    assert_eq!(robot.ask(Command::UploadBegin { len: 257 }), range);
+    robot.expect_done(Command::UploadBegin { len: 100 });
+    assert_eq!(robot.ask(piece(37)), range);
+    assert_eq!(robot.ask(piece(u16::MAX)), range);
+    robot.expect_done(piece(36));
+}
+
+#[test]
+fn a_table_with_a_hole_is_refused_and_may_be_completed() {
+    let table = encoded(&fixtures::trot());
+    let mut robot = SimRobot::new();
+    robot.expect_done(Command::UploadBegin { len: table.len() as u16 });
+    for (index, piece) in table.chunks(64).enumerate().skip(1) {
+        robot.expect_done(Command::UploadChunk { offset: (index * 64) as u16, data: Chunk::of(piece) });
+    }
+
+    assert_eq!(robot.ask(COMMIT), Reply::Refused(Refusal::UploadIncomplete));
+    robot.expect_done(Command::UploadChunk { offset: 0, data: Chunk::of(&table[..64]) });
+    robot.expect_done(COMMIT);
+    assert_eq!(robot.ask(COMMIT), Reply::Refused(Refusal::UploadIncomplete), "one table, one commit");
+}
+
+#[test]
+fn a_saved_gait_survives_a_power_cycle_and_one_in_ram_does_not() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(2.2), true);
+    let saving = robot.status().storage;
+    robot.run_frames(90);
+    let saved = robot.status();
+    robot.upload(&fixtures::medley(), amplitude(1.0), false);
+
+    let mut robot = robot.power_cycle();
+
+    assert_eq!((saving, saved.storage), (Storage::Saving, Storage::Saved), "within 1.5 s");
+    assert_eq!(robot.status().gait, saved.gait);
+    assert_eq!(robot.status().storage, Storage::Saved);
+    assert_eq!(read_back(&mut robot), encoded(&fixtures::trot()));
+}
+
+#[test]
+fn a_power_cut_at_any_moment_of_a_save_leaves_the_old_or_the_new_gait_whole() {
+    let (old, new) = (fixtures::trot(), fixtures::medley());
+    // In the slot that the new one takes: bytes that are right already are not written.
+    let older = Gait::of("older", 3.3, [-7.3; 8], |joint, phase| 9.1 * (7.0 * phase - joint as f64).cos());
+    let mut found = [0, 0];
+    for cut_after_frames in 0..75 {
+        let mut robot = SimRobot::new();
+        robot.upload(&older, amplitude(0.5), true);
+        robot.run_frames(80);
+        robot.upload(&old, amplitude(1.0), true);
+        robot.run_frames(80);
+        robot.upload(&new, amplitude(2.2), true);
+        robot.run_frames(cut_after_frames);
+
+        let mut robot = robot.power_cycle();
+
+        let active = robot.status().gait.expect("a gait after every cut");
+        let read = read_back(&mut robot);
+        if read == encoded(&old) {
+            assert_eq!(active.amplitude, amplitude(1.0));
+            found[0] += 1;
+        } else {
+            assert_eq!((read, active.amplitude), (encoded(&new), amplitude(2.2)));
+            found[1] += 1;
+        }
+    }
+    assert!(found[0] > 10 && found[1] > 0, "{found:?} old and new");
+}
+
+#[test]
+fn saving_goes_on_while_walking_and_moves_no_pulse() {
+    let mut undisturbed = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(2.2), true);
+    robot.expect_done(Command::Walk { amplitude: None, frames: None });
+    robot.run_until(State::Walking);
+    assert_eq!(robot.status().storage, Storage::Saving);
+
+    let (with, without) = (robot.pulses_over(80), undisturbed.pulses_over(80));
+
+    assert_same_course(&with, &without);
+    assert_eq!(robot.status().storage, Storage::Saved);
+}
+
+#[test]
+fn a_worn_memory_cell_is_reported_and_the_gait_saved_before_stays() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), true);
+    robot.run_frames(80);
+    // In the second slot's table, where the next save goes.
+    robot.board.worn_cell = Some(firmware::store::SLOTS[1] + 100);
+
+    robot.upload(&fixtures::medley(), amplitude(2.0), true);
+    robot.run_frames(80);
+    let status = robot.status();
+    let mut robot = robot.power_cycle();
+
+    assert_eq!(status.storage, Storage::Failed);
+    assert_eq!(status.gait.unwrap().name.as_str(), "medley", "in RAM it is active all the same");
+    assert_eq!(robot.status().gait.unwrap().name.as_str(), "trot");
+}
+
+#[test]
+fn an_upload_waits_for_the_save_before_it() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), true);
+
+    assert_eq!(robot.ask(Command::UploadBegin { len: 249 }), Reply::Refused(Refusal::StorageBusy));
+    robot.run_frames(80);
+    robot.expect_done(Command::UploadBegin { len: 249 });
+}
+
+#[test]
+fn the_newest_of_many_saves_is_found() {
+    let mut robot = SimRobot::new();
+    for value in [0.5, 1.0, 1.5, 2.0, 2.5] {
+        robot.upload(&fixtures::trot(), amplitude(value), true);
+        robot.run_frames(80);
+        robot = robot.power_cycle();
+        assert_eq!(robot.status().gait.unwrap().amplitude, amplitude(value));
+    }
+}
+
+#[test]
+fn a_repeated_command_is_answered_again_and_not_carried_out_twice() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None });
+
+    robot.send(&walk);
+    let first = robot.answer();
+    robot.send(&walk);
+    let second = robot.answer();
+
+    // A second walk would have been refused.
+    assert_eq!((first, second), (Reply::Done, Reply::Done));
+}
+
+#[test]
+fn a_refusal_is_repeated_too() {
+    let mut robot = SimRobot::new();
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None });
+    robot.send(&walk);
+    let refused = robot.answer();
+
+    robot.send(&walk);
+
+    assert_eq!(refused, Reply::Refused(Refusal::NoGait));
+    assert_eq!(robot.answer(), refused);
+}
+
+#[test]
+fn another_protocol_version_is_refused_and_told_ours() {
+    let mut robot = SimRobot::new();
+
+    let stranger = robot.ask(Command::Hello { protocol_version: PROTOCOL_VERSION + 1 });
+    let friend = robot.ask(Command::Hello { protocol_version: PROTOCOL_VERSION });
+
+    assert_eq!(stranger, Reply::Refused(Refusal::ProtocolVersion { robot: PROTOCOL_VERSION }));
+    assert!(matches!(friend, Reply::Hello(hello)
+        if hello.reset_cause == ResetCause::PowerOn && hello.limits.max_gait_len == 256));
+}
+
+#[test]
+fn half_a_frame_and_noise_cost_one_frame_and_are_counted() {
+    let mut robot = SimRobot::new();
+    let lost = robot.framed(Command::Stop);
+
+    robot.send(&lost[..3]);
+    robot.send(&[0x55; 300]);
+    robot.send(&[0]);
+    let status = robot.status();
+
+    assert_eq!(status.bad_frames, 1);
+}
+
+#[test]
+fn an_intact_frame_without_meaning_is_refused_by_its_number() {
+    let mut robot = SimRobot::new();
+    let mut body = vec![robot.framed(Command::Stop)[1], 0xEE];
+    let crc = protocol::crc::crc16(&body);
+    body.extend(crc.to_le_bytes());
+    assert!(!body.contains(&0), "no byte for COBS to replace");
+    let mut frame = vec![body.len() as u8 + 1];
+    frame.extend(body);
+    frame.push(0);
+
+    robot.send(&frame);
+
+    assert_eq!(robot.answer(), Reply::Refused(Refusal::Unknown));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_bytes_on_the_line_stop_the_robot_from_answering(
+        noise in proptest::collection::vec(any::<u8>(), 0..600)
+    ) {
+        let mut robot = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
+        robot.send(&noise);
+        robot.send(&[0]);
+        robot.run_frames(5);
+
+        let status = robot.status();
+
+        let name = status.gait.unwrap().name;
+        prop_assert_eq!(name.as_str(), "trot");
+        prop_assert!(robot.board.longest_unfed_s() < 0.1);
+    }
+
+    #[test]
+    fn no_memory_contents_stop_the_robot_from_starting(
+        bytes in proptest::collection::vec(any::<u8>(), 1024), marks in any::<[bool; 2]>()
+    ) {
+        let mut robot = SimRobot::new();
+        robot.board.memory_mut().copy_from_slice(&bytes);
+        for (slot, _) in firmware::store::SLOTS.into_iter().zip(marks).filter(|(_, marked)| *marked) {
+            robot.board.memory_mut()[usize::from(slot)] = 0xA5;
+        }
+
+        let mut robot = robot.reset(ResetCause::External);
+
+        prop_assert!(robot.status().gait.is_none());
+    }
+}
