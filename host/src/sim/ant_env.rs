@@ -23,7 +23,8 @@
 //! pybullet-gym's.
 
 use super::reward::{JOINT_SPEED_SCALE, Observed, RewardConfig, RewardTerms};
-use super::world::{Perturbation, Start, TorsoState, World};
+use super::start::{Perturbation, Start};
+use super::world::{TorsoState, World};
 use crate::env::{Env, Step};
 use crate::robot::Robot;
 use serde::{Deserialize, Serialize};

@@ -8,7 +8,9 @@ pub mod ant_env;
 mod body;
 pub mod open_loop;
 pub mod reward;
+mod start;
 mod world;
 
 pub use ant_env::{AntEnv, AntEnvConfig};
-pub use world::{Perturbation, Start, StepOutcome, TorsoState, World};
+pub use start::{Perturbation, Start};
+pub use world::{StepOutcome, TorsoState, World};

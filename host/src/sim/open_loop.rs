@@ -4,7 +4,8 @@
 //! computed 60 times a second and held, as the robot does. Refuses to know
 //! where the gait comes from: anything that gives eight angles for a time.
 
-use super::world::{Start, World};
+use super::start::Start;
+use super::world::World;
 use crate::robot::Robot;
 
 /// Setpoints in a second.

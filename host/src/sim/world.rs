@@ -8,11 +8,9 @@
 //! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
 
 use super::body::{Body, Pose0, foot_in_shin, real};
+use super::start::Start;
 use crate::robot::Robot;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// A foot nearer to the ground than this stands on it.
 const CONTACT_M: f64 = 0.001;
@@ -67,61 +65,6 @@ impl TorsoState {
     pub fn tilt_rad(&self) -> f64 {
         let [x, y, ..] = self.orientation_xyzw;
         (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
-    }
-}
-
-/// How far starts differ from each other.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Perturbation {
-    /// Heading, either way.
-    pub yaw_rad: f64,
-    /// Dropped from up to this height above standing.
-    pub height_m: f64,
-    /// Each joint's angle, either way.
-    pub joint_rad: f64,
-    /// Ground friction, either way, as a share of itself.
-    pub friction_share: f64,
-}
-
-impl Default for Perturbation {
-    /// # Source
-    /// Ours: enough that 20 trials differ, too little to start a fall.
-    fn default() -> Self {
-        Self { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.05 }
-    }
-}
-
-impl Perturbation {
-    /// Every start alike.
-    pub const NONE: Self = Self { yaw_rad: 0.0, height_m: 0.0, joint_rad: 0.0, friction_share: 0.0 };
-}
-
-/// One start.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Start {
-    /// Heading.
-    pub yaw_rad: f64,
-    /// Above standing.
-    pub drop_m: f64,
-    /// Added to each asked joint angle.
-    pub joint_offsets_rad: [f64; 8],
-    /// Added to 1, times the robot's ground friction.
-    pub friction_share: f64,
-}
-
-impl Start {
-    /// The start of that number; the same number gives the same start.
-    #[must_use]
-    pub fn drawn(perturbation: &Perturbation, seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut either_way = |range: f64| range * random.random_range(-1.0..=1.0);
-        Self {
-            yaw_rad: either_way(perturbation.yaw_rad),
-            drop_m: either_way(perturbation.height_m).abs(),
-            joint_offsets_rad: core::array::from_fn(|_| either_way(perturbation.joint_rad)),
-            friction_share: either_way(perturbation.friction_share),
-        }
     }
 }
 

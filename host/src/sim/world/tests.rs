@@ -1,6 +1,7 @@
 //! The world stands, falls, repeats itself and obeys its servos.
 
 use super::*;
+use crate::sim::Perturbation;
 
 fn ant() -> Robot {
     Robot::ant(1.0).expect("1.0 is a leg scale")

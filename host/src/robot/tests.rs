@@ -1,0 +1,61 @@
+//! Descriptions are read back as written, and refused by name.
+
+use super::*;
+
+fn ant() -> Robot {
+    Robot::ant(1.0).expect("1.0 is a leg scale")
+}
+
+#[test]
+fn the_ant_weighs_what_the_fit_found() {
+    assert!((ant().mass_kg() - 0.90).abs() < 1e-9, "{} kg", ant().mass_kg());
+}
+
+#[test]
+fn only_the_shin_scales() {
+    let short = Robot::ant(0.6).expect("0.6 is a leg scale");
+
+    assert!((short.scaled_shin_m() - 0.138).abs() < 1e-12);
+    assert_eq!(short.geometry.thigh_m, ant().geometry.thigh_m);
+    assert!((ant().mass_kg() - short.mass_kg() - 4.0 * 0.4 * 0.02).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("robot.toml");
+    crate::run_folder::write(&path, ant().to_toml().as_bytes()).expect("written");
+
+    assert_eq!(Robot::load(&path).expect("read"), ant());
+}
+
+#[test]
+fn a_number_out_of_range_is_refused_by_name_value_and_limit() {
+    let error = Robot::ant(0.1).expect_err("too short");
+
+    let text = error.to_string();
+    for part in ["geometry.leg_scale", "0.1", "0.3", "2"] {
+        assert!(text.contains(part), "{text:?} lacks {part:?}");
+    }
+}
+
+#[test]
+fn a_number_that_is_none_is_refused() {
+    let mut robot = ant();
+    robot.ground.friction = f64::NAN;
+
+    assert!(matches!(robot.check(), Err(RobotError::OutOfRange { field: "ground.friction", .. })));
+}
+
+#[test]
+fn an_unknown_field_and_a_missing_file_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("robot.toml");
+    let text = ant().to_toml().replace("friction", "fricton");
+    std::fs::write(&path, text).expect("written");
+
+    let error = Robot::load(&path).expect_err("misspelt").to_string();
+    assert!(error.contains("fricton") && error.contains("robot.toml"), "{error}");
+    let error = Robot::load(&folder.path().join("none.toml")).expect_err("missing").to_string();
+    assert!(error.contains("none.toml"), "{error}");
+}
