@@ -213,3 +213,67 @@ impl Recording {
         csv
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::td3::policy::DenseLayer;
+
+    /// Asks for the same pose whatever it sees: `observations` in, 8 out.
+    fn statue(observations: usize) -> Policy {
+        Policy::new(vec![DenseLayer { weight: vec![0.0; observations * 8], bias: vec![0.0; 8] }])
+    }
+
+    fn ant() -> Robot {
+        Robot::ant(1.0).unwrap()
+    }
+
+    #[test]
+    fn a_policy_that_stands_has_no_stride() {
+        let error = record(&statue(OBSERVATION_LEN), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
+
+        assert!(matches!(error, RecordError::NoStride { source: StrideError::Still { .. }, .. }), "{error}");
+    }
+
+    #[test]
+    fn a_policy_of_another_robot_is_refused() {
+        let error = record(&statue(12), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
+
+        assert!(matches!(error, RecordError::OtherRobot { observation_len: 12, action_len: 8 }), "{error}");
+    }
+
+    #[test]
+    fn a_policy_that_falls_is_refused() {
+        let mut layer = DenseLayer { weight: vec![0.0; OBSERVATION_LEN * 8], bias: vec![0.0; 8] };
+        layer.bias[4..].fill(-5.0);
+
+        let error = record(&Policy::new(vec![layer]), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
+
+        assert!(matches!(error, RecordError::Fell { fell: 2, trials: 2 }), "{error}");
+    }
+
+    #[test]
+    fn the_trajectory_names_its_columns_and_spaces_its_rows_evenly() {
+        let recording = Recording {
+            period_s: 0.5,
+            trials: 1,
+            fell: 0,
+            strides_averaged: 1,
+            strides_left_out: 0,
+            likeness: 1.0,
+            spread: [0.0; 8],
+            speed_m_s: 0.1,
+            reward_per_step: 0.0,
+            power_w: 1.0,
+            samples: vec![[0.25; 8], [-0.5; 8]],
+        };
+
+        let csv = recording.to_csv();
+
+        let mut lines = csv.lines();
+        assert_eq!(lines.next(), Some("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4"));
+        assert_eq!(lines.next().map(|line| &line[..17]), Some("0.000000,0.250000"));
+        assert_eq!(lines.next().map(|line| &line[..18]), Some("0.250000,-0.500000"));
+        assert_eq!(lines.next(), None);
+    }
+}

@@ -87,7 +87,9 @@ impl From<TrainCliError> for Failure {
         let cause = match &error {
             TrainCliError::Taken { .. } | TrainCliError::Leg { .. } => Cause::Usage,
             TrainCliError::Config(_) | TrainCliError::Robot(_) => Cause::Input,
-            TrainCliError::Train { source: TrainError::Checkpoint(_), .. } => Cause::Input,
+            TrainCliError::Train { source: TrainError::Checkpoint(error), .. } if !error.is_of_writing() => {
+                Cause::Input
+            }
             TrainCliError::Interrupted { .. } => Cause::Interrupted,
             TrainCliError::Folder(_) | TrainCliError::Train { .. } | TrainCliError::Signals(_) => {
                 Cause::Machine
@@ -118,7 +120,9 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     let run =
         Run { learning: &learning, make_env: &make_env, seed: config.seed, folder: &folder, stop: &stop };
     let bar = progress_bar(learning.schedule.total_updates());
-    bar.println(format!("Training in {} (seed {}). Ctrl-C saves and stops.", folder.display(), config.seed));
+    let updates = learning.schedule.total_updates();
+    say(&bar, &format!("Training in {} (seed {}), {updates} updates.", folder.display(), config.seed));
+    say(&bar, "Ctrl-C saves and stops.");
     let mut known = false;
     let outcome = run.train(resuming, &mut |event| {
         show(&bar, &event);
@@ -126,7 +130,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
         if !known {
             known = true;
             if let Err(error) = run_folder::make_latest(&folder) {
-                bar.println(format!("warning: {error}: name the run with --run in the next steps"));
+                say(&bar, &format!("warning: {error}: name the run with --run in the next steps"));
             }
         }
     });
@@ -195,6 +199,15 @@ fn progress_bar(total_updates: u64) -> ProgressBar {
     bar
 }
 
+/// A line above the bar, or alone where standard error is no terminal.
+fn say(bar: &ProgressBar, line: &str) {
+    if bar.is_hidden() {
+        eprintln!("{line}");
+    } else {
+        bar.println(line);
+    }
+}
+
 fn show(bar: &ProgressBar, event: &Event) {
     match event {
         Event::Resumed { updates } => {
@@ -204,7 +217,7 @@ fn show(bar: &ProgressBar, event: &Event) {
         Event::Round { updates, .. } => bar.set_position(*updates),
         Event::Evaluated { point, best } => {
             bar.set_message(format!("reward {:.1}, {:.3} m/s", point.reward, point.speed_m_s));
-            bar.println(format!(
+            let line = format!(
                 "{:>7} updates {:>9} steps {:>6.0} s  reward {:>8.1}  {:>7.3} m/s{}",
                 point.updates,
                 point.env_steps,
@@ -212,7 +225,8 @@ fn show(bar: &ProgressBar, event: &Event) {
                 point.reward,
                 point.speed_m_s,
                 if *best { "  best yet" } else { "" }
-            ));
+            );
+            say(bar, &line);
         }
     }
 }

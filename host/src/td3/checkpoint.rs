@@ -58,6 +58,16 @@ pub enum CheckpointError {
     },
 }
 
+impl CheckpointError {
+    /// Whether a checkpoint could not be written; else there is none to read, or a damaged one.
+    pub fn is_of_writing(&self) -> bool {
+        match self {
+            Self::File(error) | Self::Tensors(TensorFileError::File(error)) => error.action != "read",
+            _ => false,
+        }
+    }
+}
+
 /// The parts of a run's state that are no tensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

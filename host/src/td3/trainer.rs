@@ -80,7 +80,7 @@ impl Run<'_> {
         std::thread::scope(|scope| {
             let (orders, inbox) = mpsc::channel::<Order>();
             let (outbox, answers) = mpsc::channel();
-            scope.spawn(move || {
+            let thread = scope.spawn(move || {
                 let mut collector = match restored {
                     Some(saved) => Collector::restore(self.make_env, layout, self.seed, saved),
                     None => Collector::new(self.make_env, layout, self.seed, envs),
@@ -100,7 +100,10 @@ impl Run<'_> {
                 let (rows, state) = answers.recv().map_err(|_| TrainError::CollectorGone)?;
                 Ok((rows?, state))
             };
-            self.rounds(&mut state, &ask, &hear, on_event)
+            let outcome = self.rounds(&mut state, &ask, &hear, on_event);
+            drop(orders);
+            // Joined by hand: a scope would pass the thread's panic on to us.
+            if thread.join().is_err() { Err(TrainError::CollectorGone) } else { outcome }
         })
     }
 
