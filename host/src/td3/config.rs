@@ -104,7 +104,7 @@ impl Default for Schedule {
             updates_per_epoch: 2_500,
             env_steps_per_update: 10,
             round_updates: 25,
-            warm_up_env_steps: 5_000,
+            warm_up_env_steps: 20_000,
             training_envs: 8,
             evaluation_episodes: 50,
         }

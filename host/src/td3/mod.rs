@@ -8,7 +8,7 @@
 //! - An epoch is 2,500 updates and there are 100, as the text says; Table 1
 //!   swaps the two. Ten control steps are gathered an update, as in Table 1.
 //! - `policy_noise_clip` is 0.5, from TD3's own paper; Table 1 is silent.
-//! - The first 5,000 control steps take random actions. The paper is silent,
+//! - The first 20,000 control steps take random actions. The paper is silent,
 //!   and a buffer of one fresh network's actions teaches nothing.
 //! - Time limits are not ends: a truncated episode's last state keeps its
 //!   value. The authors' code ignores every end instead.

@@ -1,7 +1,7 @@
 //! A whole run in one file: seed, leg, learning and task.
 //!
 //! Owns the file's shape and the presets. A file names only what it changes
-//! against the paper's numbers; a name it should not have is an error.
+//! against `configs/paper.toml`; a name it should not have is an error.
 
 use super::config::{BadValue, Learning, Schedule, Td3Config};
 use crate::robot::LEG_SCALE_RANGE;
@@ -76,13 +76,20 @@ impl Default for LegScale {
 }
 
 impl RunConfig {
-    /// Reads a configuration; `path` names it in errors.
+    /// Reads a configuration on top of [`PAPER`]; `path` names it in errors.
     ///
     /// # Errors
     /// [`ConfigError`] where it is no configuration or a number is out of range.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let config: Self = toml::from_str(text)
-            .map_err(|source| ConfigError::Parse { path: path.to_owned(), source: Box::new(source) })?;
+        let parse = |source| ConfigError::Parse {
+            path: path.to_owned(),
+            source: Box::<toml::de::Error>::new(source),
+        };
+        // By itself first: its errors then name its own lines.
+        toml::from_str::<Self>(text).map_err(parse)?;
+        let mut merged: toml::Table = toml::from_str(PAPER).map_err(parse)?;
+        lay_over(&mut merged, toml::from_str(text).map_err(parse)?);
+        let config: Self = merged.try_into().map_err(parse)?;
         config.check().map_err(|source| ConfigError::Value { path: path.to_owned(), source })?;
         Ok(config)
     }
@@ -146,6 +153,18 @@ impl RunConfig {
     }
 }
 
+/// Replaces in `base` what `top` names, table by table.
+fn lay_over(base: &mut toml::Table, top: toml::Table) {
+    for (name, value) in top {
+        match (base.get_mut(&name), value) {
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => lay_over(below, above),
+            (_, value) => {
+                base.insert(name, value);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,10 +174,11 @@ mod tests {
     }
 
     #[test]
-    fn the_paper_preset_is_table_1_and_the_default() {
+    fn the_paper_preset_is_table_1() {
         let paper = parse(PAPER).unwrap();
 
-        assert_eq!(paper, RunConfig::default());
+        let ours = Td3Config { exploration_correlation: 0.95, ..Td3Config::default() };
+        assert_eq!((&paper.td3, &paper.schedule), (&ours, &Schedule::default()));
         assert_eq!(paper.td3.buffer_size, 20_000);
         assert_eq!((paper.td3.actor_learning_rate, paper.td3.critic_learning_rate), (3e-4, 1e-3));
         assert_eq!((paper.td3.gamma, paper.td3.tau, paper.td3.policy_delay), (0.99, 0.005, 2));
@@ -174,6 +194,15 @@ mod tests {
         let quick = parse(QUICK).unwrap();
 
         assert!(quick.schedule.total_updates() <= 100_000);
+    }
+
+    #[test]
+    fn a_file_changes_what_it_names_and_leaves_the_papers_rest() {
+        let config = parse("[env.reward]\nforward = 3.5\n").unwrap();
+
+        let mut expected = parse(PAPER).unwrap();
+        expected.env.reward.forward = 3.5;
+        assert_eq!(config, expected);
     }
 
     #[test]
