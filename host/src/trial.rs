@@ -19,8 +19,8 @@ use thiserror::Error;
 const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
 /// Without telemetry for this long the robot is asked how it is.
 const SILENCE: Duration = Duration::from_secs(2);
-/// After an order to stop: the robot holds for a moment, then goes limp.
-const STOP_TIMEOUT: Duration = Duration::from_secs(10);
+/// An order to stop, or to leave a fault, is carried out within a frame or two.
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 /// How often the user's wish to stop is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
@@ -128,10 +128,11 @@ pub fn prepare<P: Read + Write>(link: &mut Link<P>) -> Result<(), LinkError> {
     let deadline = Instant::now() + STOP_TIMEOUT;
     loop {
         match link.status()?.state {
-            State::Idle => return Ok(()),
+            // Holding is the end of a walk: the next one may begin there.
+            State::Idle | State::Holding => return Ok(()),
             State::Fault(_) => link.order(Command::ClearFault)?,
             State::Entering | State::Walking => link.order(Command::Stop)?,
-            State::Booting | State::Holding => {}
+            State::Booting => {}
         }
         if Instant::now() >= deadline {
             // What the robot thinks of it will say more than we could.

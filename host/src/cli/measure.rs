@@ -202,7 +202,8 @@ fn mass_kg(args: &Args, folder: &Path) -> Result<f64, Failure> {
     let described = folder.join(run_folder::ROBOT);
     let robot = if described.is_file() { Robot::load(&described) } else { Robot::ant(1.0) };
     robot
-        .map(|robot| robot.mass_kg())
+        // A sum of parts: 0.8999999999999999 would be printed as such.
+        .map(|robot| (robot.mass_kg() * 1e9).round() / 1e9)
         .map_err(|e| failure_with_help(Cause::Input, e, "or give the robot's mass: --mass-kg KG"))
 }
 

@@ -105,7 +105,13 @@ impl LinkError {
     /// Whether the robot spoke: it refused or stopped, the link is fine.
     #[must_use]
     pub const fn is_robots_word(&self) -> bool {
-        matches!(self, Self::Refused { .. } | Self::Reset { .. } | Self::WrongReply { .. })
+        matches!(
+            self,
+            Self::ProtocolVersion { .. }
+                | Self::Refused { .. }
+                | Self::Reset { .. }
+                | Self::WrongReply { .. }
+        )
     }
 
     /// The user's next move.

@@ -86,7 +86,7 @@ mod tests {
     fn latency_does_not_move_the_trial() {
         let late = |frame: u32| match frame {
             110..=130 if frame != 117 => 0.03,
-            _ if frame % 3 == 0 => 0.0,
+            _ if frame.is_multiple_of(3) => 0.0,
             _ => 0.016,
         };
 

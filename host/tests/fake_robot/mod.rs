@@ -4,6 +4,9 @@
 // Every test file uses another part of it.
 #![allow(dead_code)]
 
+#[cfg(target_os = "linux")]
+pub mod bench;
+
 use protocol::command::{ActiveGait, HelloReply, Limits, Status, Storage};
 use protocol::frame::{Decoder, MAX_FRAME_LEN, Request, encode, parse};
 use protocol::{
@@ -134,7 +137,7 @@ impl FakeRobot {
         let mut buffer = [0; MAX_FRAME_LEN];
         for &byte in encode(message, &mut buffer).expect("messages fit frames") {
             self.bytes_out += 1;
-            let flip = self.troubles.flips_every.is_some_and(|n| self.bytes_out % n == 0);
+            let flip = self.troubles.flips_every.is_some_and(|n| self.bytes_out.is_multiple_of(n));
             self.out.push_back(if flip { byte ^ 0x04 } else { byte });
         }
     }
@@ -147,7 +150,7 @@ impl FakeRobot {
         };
         self.last = Some((seq, command, reply));
         self.answers += 1;
-        if self.troubles.loses_every.is_some_and(|n| self.answers % n == 0) {
+        if self.troubles.loses_every.is_some_and(|n| self.answers.is_multiple_of(n)) {
             return;
         }
         self.say(&Message::Reply { seq, reply });
@@ -266,7 +269,8 @@ impl FakeRobot {
             State::Walking => self.walk(),
             _ => {}
         }
-        let dropped = self.troubles.drops_telemetry_every.is_some_and(|n| self.uptime_frames % n == 0);
+        let dropped =
+            self.troubles.drops_telemetry_every.is_some_and(|n| self.uptime_frames.is_multiple_of(n));
         if self.telemetry_every > 0 && !dropped {
             self.say(&Message::Telemetry(Telemetry {
                 uptime_frames: self.uptime_frames,
@@ -296,6 +300,16 @@ impl FakeRobot {
             self.state = State::Holding;
             self.say(&Message::Event(Event::WalkFinished));
         }
+    }
+
+    /// Gait frames of the last walk.
+    pub fn trial_frames(&self) -> u32 {
+        self.trial_frames
+    }
+
+    /// What it has said and nobody has fetched yet.
+    pub fn take_said(&mut self) -> Vec<u8> {
+        self.out.drain(..).collect()
     }
 
     fn is_cut(&self) -> bool {

@@ -1,0 +1,282 @@
+//! `upload-gait` and `measure` as processes, on a pseudo-terminal with a robot
+//! that fails on request at its other end. Linux only: the terminal is.
+#![cfg(target_os = "linux")]
+
+mod fake_robot;
+
+use assert_cmd::Command;
+use fake_robot::bench::Bench;
+use fake_robot::{FakeRobot, Troubles};
+use host::gait_file::{GaitFile, JointSeries, Provenance, Source};
+use protocol::{Joint, State};
+use std::time::{Duration, Instant};
+
+fn gait(name: &str) -> GaitFile {
+    let mut coefficients_deg = [0.0; 11];
+    coefficients_deg[2] = 10.0;
+    let series = JointSeries { min_deg: -55.0, max_deg: 55.0, coefficients_deg, ..Default::default() };
+    GaitFile {
+        name: name.into(),
+        period_s: 0.6,
+        unit_deg: 24.0,
+        provenance: Provenance::of(Source::Trained),
+        joints: Joint::ALL.map(|_| series.clone()),
+    }
+}
+
+/// A robot with an old gait, and a folder with a new one.
+struct Setting {
+    folder: tempfile::TempDir,
+    bench: Bench,
+}
+
+impl Setting {
+    fn new(troubles: Troubles) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        gait("new").save(&folder.path().join("gait.toml")).unwrap();
+        let robot = FakeRobot::with_gait(troubles, &gait("old").encoded().unwrap(), 1.0);
+        Self { folder, bench: Bench::new(robot) }
+    }
+
+    fn host(&self, args: &[&str]) -> Command {
+        let mut command = Command::cargo_bin("host").unwrap();
+        command.current_dir(self.folder.path()).env("NO_COLOR", "1");
+        command.args(args).args(["--port", &self.bench.port]).timeout(Duration::from_secs(60));
+        command
+    }
+
+    fn upload(&self) -> Command {
+        self.host(&["upload-gait", "--amp", "2.2", "--gait", "gait.toml", "--json"])
+    }
+
+    /// A trial of 0.5 s.
+    fn measure(&self, more: &[&str]) -> Command {
+        self.host(
+            &[&["measure", "--duration", "0.5", "--mass-kg", "1", "--out", ".", "--json"], more].concat(),
+        )
+    }
+
+    fn active_gait(&self) -> String {
+        self.bench.robot(|robot| robot.active.unwrap().name.as_str().to_owned())
+    }
+
+    fn trials(&self) -> Vec<csv::StringRecord> {
+        let mut reader = csv::Reader::from_path(self.folder.path().join("trials.csv")).unwrap();
+        reader.records().map(Result::unwrap).collect()
+    }
+}
+
+#[track_caller]
+fn fails(command: &mut Command, code: i32) -> String {
+    let assert = command.assert().code(code);
+    let text = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+    text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+}
+
+fn json(command: &mut Command) -> serde_json::Value {
+    let assert = command.assert().success();
+    serde_json::from_slice(&assert.get_output().stdout).unwrap()
+}
+
+#[test]
+fn a_gait_is_uploaded_verified_and_saved() {
+    let setting = Setting::new(Troubles::default());
+
+    let result = json(&mut setting.upload());
+
+    assert_eq!(setting.active_gait(), "new");
+    assert_eq!(result["saved"], true);
+    assert_eq!(result["amplitude"], 2.2);
+    assert_eq!(result["gait_source"], "trained");
+    assert_eq!(result["clipped_share"], 0.0);
+    let bytes = std::fs::read(setting.folder.path().join("gait.bin")).unwrap();
+    assert_eq!(result["gait_sha256"], host::gait_file::gait_sha256(&bytes));
+}
+
+#[test]
+fn a_cable_pulled_in_mid_upload_leaves_the_old_gait() {
+    let setting = Setting::new(Troubles { cut_after: Some(150), ..Default::default() });
+
+    let message = fails(&mut setting.upload(), 4);
+
+    assert_eq!(setting.active_gait(), "old");
+    assert!(message.contains("the robot keeps the gait it had"), "{message}");
+    assert!(message.contains("the link broke: cannot"), "{message}");
+    assert!(message.contains("check the cable"), "{message}");
+}
+
+#[test]
+fn lost_and_corrupt_bytes_are_survived() {
+    let setting =
+        Setting::new(Troubles { loses_every: Some(3), flips_every: Some(97), ..Default::default() });
+
+    json(&mut setting.upload());
+
+    assert_eq!(setting.active_gait(), "new");
+}
+
+#[test]
+fn another_protocol_version_is_refused_with_both_versions() {
+    let setting = Setting::new(Troubles { protocol_version: Some(2), ..Default::default() });
+
+    let message = fails(&mut setting.upload(), 5);
+
+    assert_eq!(setting.active_gait(), "old");
+    assert!(message.contains("speaks protocol version 2, this program version 1"), "{message}");
+    assert!(message.contains("update this program"), "{message}");
+}
+
+#[test]
+fn a_port_where_nobody_answers_is_given_up() {
+    let setting = Setting::new(Troubles { silent: true, ..Default::default() });
+    let begin = Instant::now();
+
+    let message = fails(&mut setting.upload(), 4);
+
+    assert!(message.contains("no hello within 6 s, nor a single byte"), "{message}");
+    assert!(message.contains("was its firmware flashed"), "{message}");
+    assert!(begin.elapsed() < Duration::from_secs(20));
+}
+
+#[test]
+fn a_worn_out_eeprom_is_a_robots_failure() {
+    let setting = Setting::new(Troubles { worn_out: true, ..Default::default() });
+
+    let message = fails(&mut setting.upload(), 5);
+
+    assert!(message.contains("its EEPROM did not read back what was written"), "{message}");
+}
+
+/// 30 frames of 15 mJ are 0.45 J over 0.5 s; 0.1 m with 1 kg: 0.45 / 0.980665.
+#[test]
+fn a_trial_is_measured_and_noted() {
+    let setting = Setting::new(Troubles::default());
+
+    let result = json(&mut setting.measure(&["--distance", "0.1"]));
+
+    assert_eq!(result["frames_played"], 30);
+    assert_eq!(result["energy_j"], 0.45);
+    assert!((result["mean_power_w"].as_f64().unwrap() - 0.9).abs() < 1e-9);
+    assert!((result["speed_m_s"].as_f64().unwrap() - 0.2).abs() < 1e-9);
+    assert!((result["cost_of_transport"].as_f64().unwrap() - 0.458_872).abs() < 1e-6);
+    assert_eq!(setting.trials().len(), 1);
+    let telemetry = std::fs::read_to_string(setting.folder.path().join("telemetry-1.csv")).unwrap();
+    assert!(telemetry.lines().count() > 30, "{telemetry}");
+}
+
+#[test]
+fn a_second_trial_is_added_below_the_first() {
+    let setting = Setting::new(Troubles::default());
+
+    json(&mut setting.measure(&["--distance", "0.1"]));
+    json(&mut setting.measure(&["--distance", "0.2"]));
+
+    assert_eq!(setting.trials().len(), 2);
+    assert!(setting.folder.path().join("telemetry-2.csv").exists());
+}
+
+/// The tracker sees 0.3 m/s from long before the trial to long after.
+#[test]
+fn a_trackers_positions_are_taken_at_the_trials_own_times() {
+    let setting = Setting::new(Troubles::default());
+    let now = std::time::UNIX_EPOCH.elapsed().unwrap().as_secs_f64();
+    let rows: String =
+        (0..600).map(|i| f64::from(i) / 10.0).map(|t| format!("{:.3},{:.6},0\n", now + t, 0.3 * t)).collect();
+    std::fs::write(setting.folder.path().join("track.csv"), format!("time_s,x_m,y_m\n{rows}")).unwrap();
+
+    let result = json(&mut setting.measure(&["--tracker", "track.csv"]));
+
+    // 0.5 s, give or take how evenly a busy machine plays 60 frames a second.
+    let distance_m = result["distance_m"].as_f64().unwrap();
+    assert!((distance_m - 0.15).abs() < 0.03, "{result:#}");
+}
+
+#[test]
+fn a_tracker_that_missed_the_trial_is_refused_and_the_trial_noted_as_invalid() {
+    let setting = Setting::new(Troubles::default());
+    let rows = "1000000000.5,0,0\n1000000010,1,0\n";
+    std::fs::write(setting.folder.path().join("track.csv"), format!("time_s,x_m,y_m\n{rows}")).unwrap();
+
+    let message = fails(&mut setting.measure(&["--tracker", "track.csv"]), 3);
+
+    assert!(
+        message.contains("does not cover the trial: it has 1000000000.500 to 1000000010.000 s"),
+        "{message}"
+    );
+    let trials = setting.trials();
+    assert!(trials[0].iter().any(|field| field == "false"), "{trials:?}");
+}
+
+#[test]
+fn a_robot_that_did_not_move_has_no_cost_of_transport() {
+    let setting = Setting::new(Troubles::default());
+
+    let message = fails(&mut setting.measure(&["--distance", "0"]), 3);
+
+    assert!(message.contains("without a distance above 0 there is no cost of transport"), "{message}");
+    assert_eq!(setting.trials().len(), 1);
+}
+
+#[test]
+fn a_fault_in_mid_trial_is_named_and_the_trial_noted_as_invalid() {
+    let setting = Setting::new(Troubles { faults_at: Some(10), ..Default::default() });
+
+    let message = fails(&mut setting.measure(&["--distance", "1"]), 5);
+
+    assert!(message.contains("the power sensor (INA219) does not answer"), "{message}");
+    assert!(message.contains("address 0x41"), "{message}");
+    let trials = setting.trials();
+    assert!(trials[0].iter().any(|field| field == "false"), "{trials:?}");
+    assert!(trials[0].iter().any(|field| field.contains("INA219")), "{trials:?}");
+}
+
+#[test]
+fn a_reset_in_mid_trial_is_named_with_its_cause() {
+    let setting = Setting::new(Troubles { resets_at: Some(10), ..Default::default() });
+
+    let message = fails(&mut setting.measure(&["--distance", "1"]), 5);
+
+    assert!(message.contains("its supply sagged (brown-out)"), "{message}");
+    assert!(message.contains("servo power must not come through the Nano"), "{message}");
+}
+
+/// Each table allows 55 degrees; 10 T_2 reaches that at 5.5x, so the limits
+/// are narrowed here.
+#[test]
+fn an_amplitude_beyond_the_robots_own_gait_is_refused_before_it_walks() {
+    let mut narrow = gait("narrow");
+    narrow.joints[2].max_deg = 20.0;
+    let robot = FakeRobot::with_gait(Troubles::default(), &narrow.encoded().unwrap(), 1.0);
+    let setting = Setting { folder: tempfile::tempdir().unwrap(), bench: Bench::new(robot) };
+
+    let message = fails(&mut setting.measure(&["--distance", "1", "--amp", "2.5"]), 3);
+
+    assert!(message.contains("hip3 would go to 25.0 degrees"), "{message}");
+    assert!(message.contains("the largest amplitude that fits is 2"), "{message}");
+    assert!(setting.bench.robot(|robot| robot.trial_frames() == 0));
+}
+
+#[test]
+fn ctrl_c_stops_the_robot_and_the_program() {
+    let setting = Setting::new(Troubles::default());
+    let mut host = std::process::Command::new(assert_cmd::cargo::cargo_bin("host"))
+        .current_dir(setting.folder.path())
+        .args(["measure", "--duration", "60", "--distance", "1", "--out", ".", "--port", &setting.bench.port])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while setting.bench.robot(|robot| robot.state != State::Walking) {
+        assert!(Instant::now() < deadline, "the robot never walked");
+        std::thread::yield_now();
+    }
+
+    let interrupted =
+        std::process::Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
+    let status = host.wait().unwrap();
+
+    assert!(interrupted.success());
+    assert_eq!(status.code(), Some(130));
+    assert_eq!(setting.bench.robot(|robot| robot.state), State::Idle);
+    assert!(setting.trials()[0].iter().any(|field| field.contains("interrupted")));
+}
