@@ -154,7 +154,7 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     let duration = args.duration_s.to_string();
 
     let train = steps.run("train", &["--preset", &args.preset, "--seed", &seed, "--out", &run_name])?;
-    steps.run("record", &["--run", &run_name, "--seed", &seed])?;
+    steps.run("record", &["--run", &run_name])?;
     steps.run("fit", &["--run", &run_name])?;
 
     let robot = VirtualRobot::start(&virtual_robot, &run, args.seed)?;
