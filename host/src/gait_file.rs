@@ -8,18 +8,21 @@
 //! `angle = centre_deg + amplitude * deviation(phase)`, the deviation being a
 //! Chebyshev series in `x = 2 phase - 1`, in degrees at amplitude 1.0.
 
+mod document;
+mod error;
 pub mod limits;
+
+pub use error::{GaitFileError, UnusableGait, describe};
 
 use crate::run_folder::{self, FileError};
 use protocol::gait::{
-    COEFFICIENT_COUNT, COEFFICIENT_UNITS_PER_DEG, GaitError, MAX_DEVIATION_DEG, MAX_ENCODED_LEN,
-    MAX_LIMIT_DEG, MAX_PERIOD_US, MIN_PERIOD_US,
+    COEFFICIENT_COUNT, COEFFICIENT_UNITS_PER_DEG, MAX_ENCODED_LEN, MAX_LIMIT_DEG, MAX_PERIOD_US,
+    MIN_PERIOD_US,
 };
 use protocol::{Angle, GaitTable, JOINT_COUNT, Joint, JointCurve, Name};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 
 /// Version of the file format that this program writes, and the only one it reads.
 pub const FILE_VERSION: u32 = 1;
@@ -134,170 +137,6 @@ impl Provenance {
     }
 }
 
-/// Why a gait was refused.
-#[derive(Debug, Error)]
-pub enum GaitFileError {
-    /// The file cannot be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The text is no gait file.
-    #[error("{path} is no gait file")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
-    },
-    /// The bytes are no gait table.
-    #[error("{path} is no gait table, or was damaged ({len} bytes): {}", describe(*.reason))]
-    Bytes {
-        /// Which file.
-        path: PathBuf,
-        /// How long it is.
-        len: usize,
-        /// What is wrong with it.
-        reason: GaitError,
-    },
-    /// The file can be read, but its values cannot be played.
-    #[error("{path} cannot be used")]
-    Unusable {
-        /// Which file.
-        path: PathBuf,
-        /// Which value, and why.
-        source: UnusableGait,
-    },
-}
-
-/// Which value of a gait cannot be played.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum UnusableGait {
-    /// Written for another version of this program.
-    #[error("its version is {found}; this program reads version {FILE_VERSION}")]
-    Version {
-        /// What the file says.
-        found: u32,
-    },
-    /// The robot could not show it.
-    #[error("its name is {name:?}; a name is 1 to {} printable ASCII characters", Name::CAPACITY)]
-    Name {
-        /// What the file says.
-        name: String,
-    },
-    /// A number of the whole gait is out of its range.
-    #[error("{field} is {value}; it must be within {min} to {max}")]
-    Value {
-        /// Which number.
-        field: &'static str,
-        /// What the file says.
-        value: f64,
-        /// Least allowed.
-        min: f64,
-        /// Most allowed.
-        max: f64,
-    },
-    /// Not eight joints.
-    #[error("it has {found} joints; the Ant has {JOINT_COUNT}: hip1 to hip4 and knee1 to knee4")]
-    JointCount {
-        /// How many the file has.
-        found: usize,
-    },
-    /// A name that is no joint's.
-    #[error("it names a joint {name:?}; joints are hip1 to hip4 and knee1 to knee4")]
-    UnknownJoint {
-        /// What the file says.
-        name: String,
-    },
-    /// The same joint twice.
-    #[error("it has {joint} twice")]
-    RepeatedJoint {
-        /// Which.
-        joint: &'static str,
-    },
-    /// Not a degree-10 series.
-    #[error("{joint} has {found} coefficients; a degree-10 curve has {COEFFICIENT_COUNT}")]
-    CoefficientCount {
-        /// Which joint.
-        joint: &'static str,
-        /// How many the file has.
-        found: usize,
-    },
-    /// A number of one joint is out of its range.
-    #[error("{joint}: {field} is {value}; it must be within {min} to {max} degrees")]
-    JointValue {
-        /// Which joint.
-        joint: &'static str,
-        /// Which number.
-        field: &'static str,
-        /// What the file says.
-        value: f64,
-        /// Least allowed.
-        min: f64,
-        /// Most allowed.
-        max: f64,
-    },
-    /// The curve swings wider than any servo.
-    #[error(
-        "{joint}: the curve swings {deviation_deg:.1} degrees from its centre at amplitude 1.0; \
-         a table holds at most {MAX_DEVIATION_DEG}"
-    )]
-    Deviation {
-        /// Which joint.
-        joint: &'static str,
-        /// How far it swings.
-        deviation_deg: f64,
-    },
-}
-
-/// A robot's verdict on a table, in words.
-#[must_use]
-pub fn describe(error: GaitError) -> String {
-    match error {
-        GaitError::Length => "it is too short or too long".into(),
-        GaitError::Crc => "its checksum does not match".into(),
-        GaitError::Name => "its name is empty or not printable ASCII".into(),
-        GaitError::Period => format!(
-            "its period is outside {} to {} s",
-            f64::from(MIN_PERIOD_US) / 1e6,
-            f64::from(MAX_PERIOD_US) / 1e6
-        ),
-        GaitError::JointLimits(index) => {
-            let joint = Joint::ALL.get(usize::from(index)).map_or("a joint", |j| j.name());
-            format!("{joint}'s limits are reversed, beyond {MAX_LIMIT_DEG} degrees, or exclude its centre")
-        }
-    }
-}
-
-/// The file as it is written.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    version: u32,
-    name: String,
-    period_s: f64,
-    unit_deg: f64,
-    provenance: Provenance,
-    joint: Vec<JointEntry>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct JointEntry {
-    name: String,
-    centre_deg: f64,
-    min_deg: f64,
-    max_deg: f64,
-    coefficients_deg: Vec<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    residual_rms_deg: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    r2: Option<f64>,
-}
-
-const HEAD: &str = "\
-# A gait of the Ant. angle = centre_deg + amplitude * sum of c_k T_k(2 phase - 1),
-# in degrees from the joint's neutral, phase 0 to 1 over one stride.
-";
-
 impl GaitFile {
     /// Reads a gait: the bytes of a table if `path` ends in `.bin`, else TOML.
     ///
@@ -313,9 +152,9 @@ impl GaitFile {
             })?;
             return Ok(Self::from_table(&table));
         }
-        let document: Document = toml::from_slice(&bytes)
-            .map_err(|source| GaitFileError::Parse { path: path.to_owned(), source: Box::new(source) })?;
         let unusable = |source| GaitFileError::Unusable { path: path.to_owned(), source };
+        let document = document::parse(&bytes)
+            .map_err(|source| GaitFileError::Parse { path: path.to_owned(), source: Box::new(source) })?;
         let gait = Self::from_document(document).map_err(unusable)?;
         gait.check().map_err(unusable)?;
         Ok(gait)
@@ -332,72 +171,6 @@ impl GaitFile {
         run_folder::write(&path.with_extension("bin"), &bytes)?;
         run_folder::write(path, self.to_toml().as_bytes())?;
         Ok(())
-    }
-
-    /// The readable file's text, of a gait that was checked.
-    fn to_toml(&self) -> String {
-        let entry = |joint: Joint| {
-            let series = &self.joints[joint.index()];
-            JointEntry {
-                name: joint.name().into(),
-                centre_deg: series.centre_deg,
-                min_deg: series.min_deg,
-                max_deg: series.max_deg,
-                coefficients_deg: series.coefficients_deg.to_vec(),
-                residual_rms_deg: series.residual_rms_deg,
-                r2: series.r2,
-            }
-        };
-        let document = Document {
-            version: FILE_VERSION,
-            name: self.name.clone(),
-            period_s: self.period_s,
-            unit_deg: self.unit_deg,
-            provenance: self.provenance.clone(),
-            joint: Joint::ALL.into_iter().map(entry).collect(),
-        };
-        // TOML holds everything here but a seed of 2^63 or more, which `table` refuses.
-        format!("{HEAD}{}", toml::to_string(&document).unwrap_or_default())
-    }
-
-    fn from_document(document: Document) -> Result<Self, UnusableGait> {
-        if document.version != FILE_VERSION {
-            return Err(UnusableGait::Version { found: document.version });
-        }
-        if document.joint.len() != JOINT_COUNT {
-            return Err(UnusableGait::JointCount { found: document.joint.len() });
-        }
-        let mut joints: [Option<JointSeries>; JOINT_COUNT] = Default::default();
-        for entry in document.joint {
-            let Some(joint) = Joint::from_name(&entry.name) else {
-                return Err(UnusableGait::UnknownJoint { name: entry.name });
-            };
-            let found = entry.coefficients_deg.len();
-            let coefficients_deg = entry
-                .coefficients_deg
-                .try_into()
-                .map_err(|_| UnusableGait::CoefficientCount { joint: joint.name(), found })?;
-            let series = JointSeries {
-                centre_deg: entry.centre_deg,
-                min_deg: entry.min_deg,
-                max_deg: entry.max_deg,
-                coefficients_deg,
-                residual_rms_deg: entry.residual_rms_deg,
-                r2: entry.r2,
-            };
-            if joints[joint.index()].replace(series).is_some() {
-                return Err(UnusableGait::RepeatedJoint { joint: joint.name() });
-            }
-        }
-        // Eight entries, none unknown, none twice: every place is taken.
-        let joints = joints.map(Option::unwrap_or_default);
-        Ok(Self {
-            name: document.name,
-            period_s: document.period_s,
-            unit_deg: document.unit_deg,
-            provenance: document.provenance,
-            joints,
-        })
     }
 
     /// The gait in a table, with no history.

@@ -6,45 +6,18 @@
 //! and never mistakes a robot that was reset for the one it was talking to.
 
 mod error;
+mod patience;
 pub mod ports;
 pub mod words;
 
 pub use error::LinkError;
+pub use patience::Patience;
 
 use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request};
 use protocol::{Command, Event, HelloReply, Message, PROTOCOL_VERSION, Refusal, Reply, Status};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
-use std::time::{Duration, Instant, SystemTime};
-
-/// Waits of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patience {
-    /// Listening after the port was opened, and again after an early answer:
-    /// opening resets a Nano, and its old program must not be taken for the new.
-    pub settle: Duration,
-    /// Between two hellos.
-    pub hello_every: Duration,
-    /// Until nobody is there: an old bootloader takes 2 s.
-    pub hello_for: Duration,
-    /// For one answer. At 115,200 baud the longest command and its answer take
-    /// 15 ms, and a frame of telemetry 4 ms.
-    pub reply: Duration,
-    /// How often a command is sent before giving up.
-    pub attempts: u32,
-}
-
-impl Default for Patience {
-    fn default() -> Self {
-        Self {
-            settle: Duration::from_millis(300),
-            hello_every: Duration::from_millis(250),
-            hello_for: Duration::from_secs(6),
-            reply: Duration::from_millis(250),
-            attempts: 6,
-        }
-    }
-}
+use std::time::{Instant, SystemTime};
 
 /// Something the robot said unasked, and when it arrived.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,12 +3,13 @@
 //! Owns the flags and the choice of rows, scales and provenance; the reading,
 //! the fit and the file are the library's.
 
+mod history;
 mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
 use crate::fit::{self, Scale, Seam};
-use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
+use crate::gait_file::{GaitFile, GaitFileError};
 use crate::joint_map::{JointMap, JointMapError};
 use crate::robot::Robot;
 use crate::run_folder;
@@ -16,7 +17,7 @@ use crate::trajectory::loop_finder::{self, Loop};
 use crate::trajectory::{Trajectory, TrajectoryError};
 use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -34,9 +35,11 @@ const DEFAULT_LIMIT_DEG: f64 = 45.0;
 /// centre-unit * mean action + amplitude * unit * (action - mean action).
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// CSV with a column per joint
-    #[arg(default_value = "runs/latest/trajectory.csv")]
-    trajectory: PathBuf,
+    /// CSV with a column per joint [default: trajectory.csv of the run]
+    trajectory: Option<PathBuf>,
+    /// Run folder whose trajectory is fitted
+    #[arg(long, value_name = "DIR", default_value = run_folder::LATEST, conflicts_with = "trajectory")]
+    run: PathBuf,
     /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
     #[arg(long, value_name = "A..B")]
     rows: Option<Rows>,
@@ -135,18 +138,24 @@ struct Chosen {
     seam: Seam,
 }
 
+impl Args {
+    fn trajectory(&self) -> PathBuf {
+        self.trajectory.clone().unwrap_or_else(|| self.run.join(run_folder::TRAJECTORY))
+    }
+}
+
 pub fn run(args: Args) -> Result<(), Failure> {
     let map = joint_map(&args)?;
     check_flags(&args)?;
-    let trajectory = Trajectory::read(&args.trajectory, map.columns.as_deref()).map_err(unreadable)?;
+    let trajectory = Trajectory::read(&args.trajectory(), map.columns.as_deref()).map_err(unreadable)?;
     let chosen = choose(&args, &trajectory)?;
     let scale = scale(&args, &map)?;
     let rows = trajectory.rows(chosen.rows.start, chosen.rows.end).map_err(unreadable)?;
     let fits = fit::fit(rows, &scale, chosen.seam).map_err(|e| failure(Cause::Input, e))?;
 
-    let provenance = provenance(&args, &trajectory, &chosen);
+    let provenance = history::provenance(&args, &trajectory, &chosen);
     let gait = GaitFile {
-        name: args.name.clone().unwrap_or_else(|| default_name(&args.trajectory, &provenance)),
+        name: args.name.clone().unwrap_or_else(|| history::default_name(&args.trajectory(), &provenance)),
         period_s: chosen.recorded_s * args.time_stretch,
         unit_deg: scale.unit_deg,
         provenance,
@@ -157,7 +166,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
                     --negate and --limit-deg";
         failure_with_help(Cause::Input, e, help)
     })?;
-    let out = out_path(&args, &trajectory)?;
+    let out = history::out_path(&args, &trajectory)?;
     gait.save(&out).map_err(unsaved)?;
     report::print(&args, &out, &gait, &fits, &chosen);
     Ok(())
@@ -255,7 +264,7 @@ fn choose(args: &Args, trajectory: &Trajectory) -> Result<Chosen, Failure> {
             let interval_s = trajectory.interval_s(rows.start, rows.end).map_err(unreadable)?;
             let interval_s = interval_s.ok_or_else(|| {
                 let help = "--period S says how long the chosen rows last in the recording";
-                failure_with_help(Cause::Usage, BadFlag::NoPeriod { path: args.trajectory.clone() }, help)
+                failure_with_help(Cause::Usage, BadFlag::NoPeriod { path: args.trajectory() }, help)
             })?;
             interval_s * rows.len() as f64
         }
@@ -271,7 +280,7 @@ fn choose(args: &Args, trajectory: &Trajectory) -> Result<Chosen, Failure> {
 }
 
 fn scale(args: &Args, map: &JointMap) -> Result<Scale, Failure> {
-    let beside = args.trajectory.with_file_name(run_folder::ROBOT);
+    let beside = args.trajectory().with_file_name(run_folder::ROBOT);
     let robot = match args.leg {
         Some(leg) => Some(Robot::ant(leg)),
         None if beside.is_file() => Some(Robot::load(&beside)),
@@ -290,60 +299,4 @@ fn scale(args: &Args, map: &JointMap) -> Result<Scale, Failure> {
     check_range("centre-offset-deg", Some(scale.centre_offset_deg), -90.0, 90.0)?;
     check_range("limit-deg", Some(scale.limit_deg), 1.0, 90.0)?;
     Ok(scale)
-}
-
-fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Provenance {
-    let folder = args.trajectory.parent().unwrap_or(Path::new("."));
-    let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
-    let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
-    let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
-    let arguments = std::env::args().skip(1);
-    Provenance {
-        file: Some(args.trajectory.display().to_string()),
-        file_sha256: Some(trajectory.sha256.clone()),
-        rows: Some(format!("{}..{}", chosen.rows.start, chosen.rows.end)),
-        seam: Some(chosen.seam.name().into()),
-        time_stretch: Some(args.time_stretch),
-        run: run.filter(|_| trained),
-        seed,
-        leg_scale: args.leg,
-        command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
-        ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
-    }
-}
-
-/// The seed in a run's configuration, wherever its table has it.
-fn seed_of_run(folder: &Path) -> Option<u64> {
-    let text = std::fs::read_to_string(folder.join(run_folder::CONFIG)).ok()?;
-    let table: toml::Table = text.parse().ok()?;
-    let nested = table.values().filter_map(|value| value.as_table()?.get("seed"));
-    table.get("seed").into_iter().chain(nested).find_map(|seed| seed.as_integer()?.try_into().ok())
-}
-
-fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
-    let name = match (provenance.source, provenance.seed) {
-        (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
-        _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-    };
-    let name: String =
-        name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
-    if name.trim().is_empty() { "gait".into() } else { name }
-}
-
-fn out_path(args: &Args, trajectory: &Trajectory) -> Result<PathBuf, Failure> {
-    let machine = |e: run_folder::FileError| failure(file_cause(&e), e);
-    if let Some(out) = &args.out {
-        if let Some(folder) = out.parent() {
-            std::fs::create_dir_all(folder)
-                .map_err(run_folder::FileError::on("create", folder))
-                .map_err(machine)?;
-        }
-        return Ok(out.clone());
-    }
-    if trajectory.is_own_stride {
-        return Ok(args.trajectory.with_file_name(run_folder::GAIT));
-    }
-    let folder = run_folder::create("fit").map_err(machine)?;
-    run_folder::make_latest(&folder).map_err(machine)?;
-    Ok(folder.join(run_folder::GAIT))
 }

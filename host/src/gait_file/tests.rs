@@ -1,6 +1,7 @@
 use super::*;
 use proptest::prelude::*;
 use protocol::Amplitude;
+use std::path::PathBuf;
 
 /// Eight joints about 5 degrees, hips and knees with different strokes.
 fn walk() -> GaitFile {

@@ -1,0 +1,66 @@
+//! Where a gait comes from, what it is called, and where it goes.
+
+use super::{Args, Chosen};
+use crate::cli::Failure;
+use crate::cli::explain::{failure, file_cause};
+use crate::gait_file::{Provenance, Source};
+use crate::run_folder;
+use crate::trajectory::Trajectory;
+use std::path::{Path, PathBuf};
+
+pub fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Provenance {
+    let path = args.trajectory();
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
+    let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
+    let arguments = std::env::args().skip(1);
+    Provenance {
+        file: Some(path.display().to_string()),
+        file_sha256: Some(trajectory.sha256.clone()),
+        rows: Some(format!("{}..{}", chosen.rows.start, chosen.rows.end)),
+        seam: Some(chosen.seam.name().into()),
+        time_stretch: Some(args.time_stretch),
+        run: run.filter(|_| trained),
+        seed,
+        leg_scale: args.leg,
+        command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
+        ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
+    }
+}
+
+/// The seed in a run's configuration, wherever its table has it.
+fn seed_of_run(folder: &Path) -> Option<u64> {
+    let text = std::fs::read_to_string(folder.join(run_folder::CONFIG)).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let nested = table.values().filter_map(|value| value.as_table()?.get("seed"));
+    table.get("seed").into_iter().chain(nested).find_map(|seed| seed.as_integer()?.try_into().ok())
+}
+
+pub fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
+    let name = match (provenance.source, provenance.seed) {
+        (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
+        _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+    };
+    let name: String =
+        name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
+    if name.trim().is_empty() { "gait".into() } else { name }
+}
+
+pub fn out_path(args: &Args, trajectory: &Trajectory) -> Result<PathBuf, Failure> {
+    let machine = |e: run_folder::FileError| failure(file_cause(&e), e);
+    if let Some(out) = &args.out {
+        if let Some(folder) = out.parent() {
+            std::fs::create_dir_all(folder)
+                .map_err(run_folder::FileError::on("create", folder))
+                .map_err(machine)?;
+        }
+        return Ok(out.clone());
+    }
+    if trajectory.is_own_stride {
+        return Ok(args.trajectory().with_file_name(run_folder::GAIT));
+    }
+    let folder = run_folder::create("fit").map_err(machine)?;
+    run_folder::make_latest(&folder).map_err(machine)?;
+    Ok(folder.join(run_folder::GAIT))
+}
