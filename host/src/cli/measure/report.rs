@@ -130,6 +130,9 @@ impl<'a> Outcome<'a> {
                 None => println!("{name:18}  unknown"),
             }
         }
+        if let Some(reason) = &row.reason {
+            println!("not valid: {reason}");
+        }
         if row.lost_telemetry_frames > 0 {
             println!(
                 "telemetry of {} frames was lost; the robot's own sums are whole",
