@@ -50,7 +50,7 @@ enum Command {
     Demo(demo::Args),
 }
 
-/// What the exit code tells a script; `host --help` prints the list.
+/// What the exit code tells a script; `EXIT_CODES` is the text of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cause {
