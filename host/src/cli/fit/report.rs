@@ -56,7 +56,7 @@ fn print_table(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT
         gait.name,
         chosen.rows.start,
         chosen.rows.end,
-        args.trajectory.display(),
+        args.trajectory().display(),
         chosen.recorded_s,
         gait.period_s,
         chosen.seam.name()
