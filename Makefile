@@ -24,13 +24,12 @@ deps:
 	scripts/setup-avr
 
 firmware: deps
-	cd firmware && cargo build --release
+	cd firmware && cargo build --release --locked
 	scripts/firmware-size
 
 demo: firmware
-	cargo build -p host
-	cargo build -p sim-tests --bin virtual-robot
-	cargo run -q -p host -- demo --seed $(SEED) --preset $(PRESET) --amp $(AMP)
+	cargo build --locked -p host -p sim-tests --bin host --bin virtual-robot
+	target/debug/host demo --seed $(SEED) --preset $(PRESET) --amp $(AMP)
 
 test: deps
 	scripts/check
