@@ -9,6 +9,9 @@ SEED ?= 0
 PRESET ?= quick
 AMP ?= 2.2
 
+# The rooms find each other below this folder.
+unexport CARGO_TARGET_DIR
+
 .DEFAULT_GOAL := help
 .PHONY: help setup deps demo test firmware clean
 
