@@ -130,8 +130,20 @@ impl RunConfig {
         if !(1..=1_000_000).contains(&self.env.episode_steps) {
             return bad("env.episode_steps", self.env.episode_steps.into(), "1 to 1,000,000");
         }
-        if self.env.slew_limit_rad_s.is_some_and(|limit| !(limit > 0.0 && limit.is_finite())) {
-            return bad("env.slew_limit_rad_s", self.env.slew_limit_rad_s.unwrap_or(0.0), "above 0");
+        let (env, start) = (&self.env, &self.env.start);
+        let slew = env.slew_limit_rad_s.unwrap_or(1.0);
+        let ranges = [
+            ("env.slew_limit_rad_s", slew, 0.001..=1000.0, "0.001 to 1000"),
+            ("env.setpoint_limit", env.setpoint_limit, 0.01..=1.0, "0.01 to 1"),
+            ("env.max_tilt_rad", env.max_tilt_rad, 0.01..=3.2, "0.01 to 3.2"),
+            ("env.start.yaw_rad", start.yaw_rad, 0.0..=3.2, "0 to 3.2"),
+            ("env.start.height_m", start.height_m, 0.0..=1.0, "0 to 1"),
+            ("env.start.joint_rad", start.joint_rad, 0.0..=0.95, "0 to 0.95, the end stops"),
+            ("env.start.friction_share", start.friction_share, 0.0..=1.0, "0 to 1"),
+        ];
+        if let Some((name, value, _, limit)) = ranges.into_iter().find(|(_, v, range, _)| !range.contains(v))
+        {
+            return bad(name, value, limit);
         }
         let reward = &self.env.reward;
         let weights = [
@@ -227,6 +239,8 @@ mod tests {
             ("[schedule]\nround_updates = 7", "schedule.updates_per_epoch is 2500"),
             ("[env]\nepisode_steps = 0", "env.episode_steps is 0"),
             ("[env]\nslew_limit_rad_s = -1.0", "env.slew_limit_rad_s is -1"),
+            ("[env]\nmax_tilt_rad = 0.0", "env.max_tilt_rad is 0"),
+            ("[env.start]\njoint_rad = nan", "env.start.joint_rad is NaN"),
             ("[env.reward]\nforward = inf", "env.reward.forward is inf"),
             ("leg_scale = 9.0", "leg_scale is 9"),
         ] {
