@@ -238,7 +238,7 @@ fn first_template(trials: &[Vec<Sample>], lag: f64, phases: usize) -> Vec<Sample
     let whole = lag.round() as usize;
     let likeness = |trial: &Vec<Sample>| correlation(trial, whole);
     let best = (0..trials.len())
-        .filter(|&trial| trials[trial].len() as f64 >= 3.0 * lag)
+        .filter(|&trial| trials[trial].len() as f64 >= 2.0 * lag)
         .max_by(|&a, &b| likeness(&trials[a]).total_cmp(&likeness(&trials[b])))
         .unwrap_or(0);
     let start = (trials[best].len() as f64 - lag) / 2.0;
