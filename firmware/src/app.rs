@@ -8,12 +8,15 @@
 //! is lost while servos are on stops the robot, and it stays stopped until it
 //! is told otherwise.
 //!
+//! The parts of a turn are kept from being inlined: in one function, the locals
+//! of all of them would lie on the stack all the time.
+//!
 //! A burst computed in one frame goes out at the start of the next, so what
 //! the robot does ([`App::live`]) is always one frame behind the player.
 
 use heapless::Deque;
 use protocol::command::{ActiveGait, Storage};
-use protocol::{Event, Fault, GaitTable, Message, ResetCause, State, Telemetry};
+use protocol::{Event, Fault, GaitTable, Message, Refusal, Reply, ResetCause, State, Telemetry};
 
 use crate::commands::reply_of;
 use crate::hal::{Board, BurstState, Bus, FrameClock, Watchdog};
@@ -121,6 +124,7 @@ impl App {
     ///
     /// A chip that does not answer is no fault yet: nothing moves, and
     /// [`protocol::Command::Walk`] looks again.
+    #[inline(never)]
     pub fn boot(&mut self, board: &mut impl Board, boot: Boot) {
         self.reset_cause = boot.cause;
         self.switch_off(board);
@@ -163,6 +167,7 @@ impl App {
         }
     }
 
+    #[inline(never)]
     fn start_frame(&mut self, board: &mut impl Board, frames: u8) {
         if !self.counted {
             self.count(true);
@@ -191,6 +196,7 @@ impl App {
         self.telemetry_in = 0;
     }
 
+    #[inline(never)]
     fn stream(&mut self, board: &mut impl Board) {
         if self.telemetry_every == 0 {
             return;
@@ -230,6 +236,7 @@ impl App {
         }
     }
 
+    #[inline(never)]
     fn use_bus(&mut self, board: &mut impl Board) {
         if self.bus_work == BusWork::Burst {
             match board.bus().burst() {
@@ -335,6 +342,7 @@ impl App {
         self.live.servos_on || self.staged.servos_on
     }
 
+    #[inline(never)]
     fn load_gait(&mut self, board: &mut impl Board) {
         let gait = &mut self.gait;
         let buffer = self.upload.buffer_mut();
@@ -349,6 +357,7 @@ impl App {
         }
     }
 
+    #[inline(never)]
     fn save(&mut self, board: &mut impl Board) {
         match self.store.step(board.memory(), self.upload.buffer()) {
             Some(Saved::Verified) => self.storage = Storage::Saved,
@@ -357,13 +366,14 @@ impl App {
         }
     }
 
+    #[inline(never)]
     fn listen(&mut self, board: &mut impl Board) {
         // One request a turn: the bus and the next frame are looked at between them.
         let Some(heard) = self.link.listen(board.serial()) else { return };
         let (seq, reply) = match heard {
-            Heard::Command(seq, command) => (seq, self.obey(board, seq, command)),
+            Heard::Command(seq, command) => (seq, self.obey(board, seq, &command)),
             Heard::Repeat(seq, outcome) => (seq, reply_of(outcome)),
-            Heard::Unknown(seq) => (seq, protocol::Reply::Refused(protocol::Refusal::Unknown)),
+            Heard::Unknown(seq) => (seq, Reply::Refused(Refusal::Unknown)),
         };
         link::answer(board.serial(), seq, reply);
     }
@@ -376,6 +386,7 @@ impl App {
         let _ = self.events.push_back(event);
     }
 
+    #[inline(never)]
     fn report(&mut self, board: &mut impl Board) {
         if let Some(&event) = self.events.front()
             && link::send(board.serial(), &Message::Event(event))

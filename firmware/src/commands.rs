@@ -27,8 +27,8 @@ const LIMITS: Limits = Limits {
 
 impl App {
     /// Carries out one command, and answers it.
-    pub(crate) fn obey(&mut self, board: &mut impl Board, seq: u8, command: Command) -> Reply {
-        let outcome = match command {
+    pub(crate) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Reply {
+        let outcome = match *command {
             Command::Hello { protocol_version } => {
                 self.link.forget();
                 return self.hello(protocol_version);
@@ -36,7 +36,7 @@ impl App {
             Command::Status => return Reply::Status(self.status()),
             Command::ReadGait { offset } => return self.read_gait(offset),
             Command::UploadBegin { len } => self.begin_upload(len),
-            Command::UploadChunk { offset, data } => self.upload.take(offset, data.as_slice()),
+            Command::UploadChunk { offset, ref data } => self.upload.take(offset, data.as_slice()),
             Command::UploadCommit { amplitude, persist } => self.commit_upload(amplitude, persist),
             Command::Walk { amplitude, frames } => self.walk(board, amplitude, frames),
             Command::Stop => {
@@ -76,6 +76,7 @@ impl App {
         }
     }
 
+    #[inline(never)]
     fn read_gait(&self, offset: u16) -> Reply {
         let Some(active) = self.active else { return Reply::Refused(Refusal::NoGait) };
         let window = Window { skip: offset, bytes: heapless::Vec::new() };
@@ -97,6 +98,7 @@ impl App {
         self.upload.begin(len)
     }
 
+    #[inline(never)]
     fn commit_upload(&mut self, amplitude: Amplitude, persist: bool) -> Result<(), Refusal> {
         if !amplitude.is_valid() {
             return Err(Refusal::Amplitude);
@@ -114,6 +116,7 @@ impl App {
         Ok(())
     }
 
+    #[inline(never)]
     fn walk(
         &mut self,
         board: &mut impl Board,

@@ -346,15 +346,28 @@ fn checked_body(bytes: &[u8]) -> Result<&[u8], GaitError> {
     Ok(body)
 }
 
-/// Reads a body part by part: postcard concatenates fields and array items.
-fn read_parts(body: &[u8], mut visit: impl FnMut(usize, &JointCurve)) -> Result<Header, GaitError> {
+/// Reads a body part by part, for postcard concatenates fields and array items;
+/// judges all of it, and keeps the joints where it is told.
+///
+/// # Errors
+/// [`GaitError::Length`], else the first field that is out of its range.
+fn read_parts(body: &[u8], mut keep: Option<&mut [JointCurve; JOINT_COUNT]>) -> Result<Header, GaitError> {
     let (header, mut rest) = postcard::take_from_bytes::<Header>(body).map_err(|_| GaitError::Length)?;
+    let mut judgement = header.validate();
     for index in 0..JOINT_COUNT {
         let (joint, after) = postcard::take_from_bytes::<JointCurve>(rest).map_err(|_| GaitError::Length)?;
-        visit(index, &joint);
         rest = after;
+        if judgement.is_ok() && !joint.is_valid() {
+            judgement = Err(GaitError::JointLimits(index as u8));
+        }
+        if let Some(joints) = &mut keep {
+            joints[index] = joint;
+        }
     }
-    if rest.is_empty() { Ok(header) } else { Err(GaitError::Length) }
+    if !rest.is_empty() {
+        return Err(GaitError::Length);
+    }
+    judgement.map(|()| header)
 }
 
 impl GaitTable {
@@ -428,18 +441,8 @@ impl GaitTable {
     pub fn decode_into(&mut self, bytes: &[u8]) -> Result<(), GaitError> {
         let body = checked_body(bytes)?;
         // Everything is judged before the first field is replaced.
-        let mut first_bad_joint = None;
-        let header = read_parts(body, |index, joint| {
-            if first_bad_joint.is_none() && !joint.is_valid() {
-                first_bad_joint = Some(index as u8);
-            }
-        })?;
-        header.validate()?;
-        if let Some(index) = first_bad_joint {
-            return Err(GaitError::JointLimits(index));
-        }
-        let joints = &mut self.joints;
-        read_parts(body, |index, joint| joints[index] = *joint)?;
+        read_parts(body, None)?;
+        let header = read_parts(body, Some(&mut self.joints))?;
         Header { name: self.name, period_us: self.period_us, unit: self.unit } = header;
         Ok(())
     }
