@@ -222,7 +222,11 @@ impl Twi {
             });
             if is_ours {
                 self.restart_deadline();
-                return Ok(());
+                // The burst's own STOP may still be on the wire.
+                return self.wait_for_stop().inspect_err(|_| {
+                    let_go();
+                    self.release();
+                });
             }
             if self.is_late(BURST_TICKS + 100 * TICKS_PER_US) {
                 return Err(TwiError::Timeout);
@@ -281,6 +285,10 @@ impl Twi {
 
     fn stop(&self) -> Result<(), TwiError> {
         send_stop();
+        self.wait_for_stop()
+    }
+
+    fn wait_for_stop(&self) -> Result<(), TwiError> {
         while registers().twcr().read().twsto().bit_is_set() {
             if self.is_late(TRANSACTION_TICKS) {
                 return Err(TwiError::Timeout);
