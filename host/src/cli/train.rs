@@ -8,7 +8,7 @@ use crate::sim::AntEnv;
 use crate::td3::outcome::{Ending, Event, Outcome, TrainError};
 use crate::td3::run_config::{ConfigError, LegScale, PAPER, QUICK, RunConfig};
 use crate::td3::trainer::Run;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use miette::Diagnostic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -192,10 +192,15 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
 }
 
 fn progress_bar(total_updates: u64) -> ProgressBar {
-    let style = "{bar:30} {percent:>3} %  {pos}/{len} updates, {per_sec}, done in {eta}  {msg}";
+    let style = "{bar:30} {percent:>3} %  {pos}/{len} updates, {rate}, done in {eta}  {msg}";
     let bar = ProgressBar::new(total_updates);
     // The template is a constant: if it were wrong, indicatif's own would do.
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar()));
+    let style = ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar());
+    // indicatif's own rate has four decimals.
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let _ = write!(out, "{:.0}/s", state.per_sec());
+    };
+    bar.set_style(style.with_key("rate", rate));
     bar
 }
 
