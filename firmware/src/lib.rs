@@ -10,7 +10,6 @@
 #![forbid(unsafe_code)]
 
 pub mod app;
-mod commands;
 pub mod hal;
 pub mod limits;
 pub mod link;

@@ -191,6 +191,24 @@ fn a_worn_memory_cell_is_reported_and_the_gait_saved_before_stays() {
 }
 
 #[test]
+fn a_saved_gait_that_rotted_gives_way_to_the_one_before() {
+    // One bit anywhere in the newer slot: generation, amplitude, length, table, CRC.
+    for offset in [1, 3, 4, 5, 6, 7, 100, 255, 257] {
+        let mut robot = SimRobot::new();
+        robot.upload(&fixtures::trot(), amplitude(1.0), true);
+        robot.run_frames(80);
+        robot.upload(&fixtures::medley(), amplitude(2.0), true);
+        robot.run_frames(80);
+
+        robot.board.memory_mut()[usize::from(firmware::store::SLOTS[1]) + offset] ^= 0x04;
+        let mut robot = robot.power_cycle();
+
+        let active = robot.status().gait.unwrap();
+        assert_eq!((active.name.as_str(), active.amplitude), ("trot", amplitude(1.0)), "byte {offset}");
+    }
+}
+
+#[test]
 fn an_upload_waits_for_the_save_before_it() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), true);

@@ -7,15 +7,17 @@
 //! loop waits for the burst to end, and a burst that falls into a transaction
 //! starts right after it.
 
+mod master;
+
 use avr_device::atmega328p::{PORTC, TWI, portc, twi};
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 use core::cell::Cell;
 
-use embedded_hal::i2c::{self, ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 use firmware::hal::{BurstState, Bus};
 use firmware::servos::{self, ServoBurst};
 
 use super::timer::{self, TICKS_PER_US};
+pub use master::Twi;
 
 /// 33 bytes and the address take 0.77 ms, and about 0.1 ms of interrupts.
 const BURST_TICKS: u16 = 1_200 * TICKS_PER_US;
@@ -159,191 +161,6 @@ const DATA_R_NACK: u8 = 0x58;
 
 fn status() -> u8 {
     registers().twsr().read().bits() & 0xF8
-}
-
-/// Why a transaction ended early.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TwiError {
-    /// Nobody has this address.
-    AddressNotAcknowledged,
-    /// The chip took no more bytes.
-    DataNotAcknowledged,
-    /// Not over at its deadline: a line is stuck.
-    Timeout,
-    /// Something else drives the bus.
-    Bus,
-}
-
-impl i2c::Error for TwiError {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Self::AddressNotAcknowledged => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address),
-            Self::DataNotAcknowledged => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data),
-            Self::Timeout => ErrorKind::Other,
-            Self::Bus => ErrorKind::Bus,
-        }
-    }
-}
-
-/// The bus, as the main loop sees it.
-pub struct Twi {
-    started_at: u16,
-}
-
-impl Twi {
-    /// 400 kHz.
-    pub fn start() -> Self {
-        let twi = registers();
-        let_go();
-        twi.twsr().reset();
-        twi.twbr().write(|w| w.set(BIT_RATE));
-        Self { started_at: 0 }
-    }
-
-    fn restart_deadline(&mut self) {
-        self.started_at = interrupt::free(timer::now);
-    }
-
-    fn is_late(&self, ticks: u16) -> bool {
-        interrupt::free(timer::now).wrapping_sub(self.started_at) > ticks
-    }
-
-    /// Takes the bus once the burst is over, which its own deadline bounds.
-    fn claim(&mut self) -> Result<(), TwiError> {
-        self.restart_deadline();
-        loop {
-            let is_ours = interrupt::free(|cs| {
-                let owner = OWNER.borrow(cs);
-                let is_free = owner.get() == Owner::Nobody;
-                if is_free {
-                    owner.set(Owner::Main);
-                }
-                is_free
-            });
-            if is_ours {
-                self.restart_deadline();
-                // The burst's own STOP may still be on the wire.
-                return self.wait_for_stop().inspect_err(|_| {
-                    let_go();
-                    self.release();
-                });
-            }
-            if self.is_late(BURST_TICKS + 100 * TICKS_PER_US) {
-                return Err(TwiError::Timeout);
-            }
-        }
-    }
-
-    fn release(&mut self) {
-        interrupt::free(|cs| {
-            OWNER.borrow(cs).set(Owner::Nobody);
-            if LATE.borrow(cs).replace(false) {
-                start_burst(cs);
-            }
-        });
-    }
-
-    fn wait(&self) -> Result<u8, TwiError> {
-        while registers().twcr().read().twint().bit_is_clear() {
-            if self.is_late(TRANSACTION_TICKS) {
-                return Err(TwiError::Timeout);
-            }
-        }
-        Ok(status())
-    }
-
-    fn address(&self, byte: u8) -> Result<(), TwiError> {
-        let twi = registers();
-        twi.twcr().write(|w| w.twint().set_bit().twsta().set_bit().twen().set_bit());
-        match self.wait()? {
-            START | REPEATED_START => {}
-            _ => return Err(TwiError::Bus),
-        }
-        self.put(byte)
-    }
-
-    fn put(&self, byte: u8) -> Result<(), TwiError> {
-        let twi = registers();
-        twi.twdr().write(|w| w.set(byte));
-        twi.twcr().write(|w| w.twint().set_bit().twen().set_bit());
-        match self.wait()? {
-            ADDRESS_W_ACK | ADDRESS_R_ACK | DATA_W_ACK => Ok(()),
-            ADDRESS_W_NACK | ADDRESS_R_NACK => Err(TwiError::AddressNotAcknowledged),
-            DATA_W_NACK => Err(TwiError::DataNotAcknowledged),
-            _ => Err(TwiError::Bus),
-        }
-    }
-
-    fn get(&self, acknowledge: bool) -> Result<u8, TwiError> {
-        let twi = registers();
-        twi.twcr().write(|w| w.twint().set_bit().twen().set_bit().twea().bit(acknowledge));
-        match self.wait()? {
-            DATA_R_ACK | DATA_R_NACK => Ok(twi.twdr().read().bits()),
-            _ => Err(TwiError::Bus),
-        }
-    }
-
-    fn stop(&self) -> Result<(), TwiError> {
-        send_stop();
-        self.wait_for_stop()
-    }
-
-    fn wait_for_stop(&self) -> Result<(), TwiError> {
-        while registers().twcr().read().twsto().bit_is_set() {
-            if self.is_late(TRANSACTION_TICKS) {
-                return Err(TwiError::Timeout);
-            }
-        }
-        Ok(())
-    }
-
-    fn run(&self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
-        let mut direction = None;
-        for at in 0..operations.len() {
-            // The last byte before the direction changes is not acknowledged.
-            let more_reads = matches!(operations.get(at + 1), Some(Operation::Read(_)));
-            let Some(operation) = operations.get_mut(at) else { break };
-            let is_read = matches!(operation, Operation::Read(_));
-            if direction != Some(is_read) {
-                self.address(address << 1 | u8::from(is_read))?;
-                direction = Some(is_read);
-            }
-            match operation {
-                Operation::Write(bytes) => {
-                    for &byte in *bytes {
-                        self.put(byte)?;
-                    }
-                }
-                Operation::Read(bytes) => {
-                    let len = bytes.len();
-                    for (index, byte) in bytes.iter_mut().enumerate() {
-                        *byte = self.get(more_reads || index + 1 < len)?;
-                    }
-                }
-            }
-        }
-        self.stop()
-    }
-}
-
-impl ErrorType for Twi {
-    type Error = TwiError;
-}
-
-impl i2c::I2c for Twi {
-    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
-        self.claim()?;
-        let result = self.run(address, operations);
-        match result {
-            Ok(()) => {}
-            Err(TwiError::AddressNotAcknowledged | TwiError::DataNotAcknowledged) => {
-                let _ = self.stop();
-            }
-            Err(_) => let_go(),
-        }
-        self.release();
-        result
-    }
 }
 
 impl Bus for Twi {

@@ -11,8 +11,8 @@ use protocol::{
     Reply, Status,
 };
 
+use super::App;
 use crate::FIRMWARE_VERSION;
-use crate::app::App;
 use crate::hal::Board;
 use crate::player::Mode;
 use crate::power::Trial;
@@ -27,7 +27,7 @@ const LIMITS: Limits = Limits {
 
 impl App {
     /// Carries out one command, and answers it.
-    pub(crate) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Reply {
+    pub(super) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Reply {
         let outcome = match *command {
             Command::Hello { protocol_version } => {
                 self.link.forget();
@@ -160,7 +160,7 @@ impl App {
 }
 
 /// The answer to a command that changes something.
-pub(crate) const fn reply_of(outcome: Result<(), Refusal>) -> Reply {
+pub(super) const fn reply_of(outcome: Result<(), Refusal>) -> Reply {
     match outcome {
         Ok(()) => Reply::Done,
         Err(refusal) => Reply::Refused(refusal),

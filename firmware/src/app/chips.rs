@@ -1,0 +1,134 @@
+//! The two chips within a frame: burst, sample, a look at their configuration.
+//!
+//! Owns when the bus is used, and what counts as a lost chip: while servos are
+//! on it stops the robot, otherwise nothing moves and the next walk looks again.
+//! Refuses the bus where too little of the frame is left.
+
+use protocol::{Event, Fault};
+
+use super::App;
+use crate::hal::{Board, BurstState, Bus, FrameClock};
+use crate::limits::{BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES};
+use crate::player::Frame;
+use crate::{power, servos};
+
+/// Where this frame stands with the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BusWork {
+    /// The burst has not been seen to end.
+    Burst,
+    /// The sensor is to be read.
+    Sample,
+    /// The chips' configuration is to be looked at.
+    Check,
+    /// Nothing more in this frame.
+    Rest,
+}
+
+impl App {
+    #[inline(never)]
+    pub(super) fn use_bus(&mut self, board: &mut impl Board) {
+        if self.bus_work == BusWork::Burst {
+            match board.bus().burst() {
+                BurstState::Running => return,
+                BurstState::Done => {
+                    self.servo_misses = 0;
+                    self.bus_work = BusWork::Sample;
+                }
+                BurstState::Failed => {
+                    // The frame's other transfers would meet the same bus.
+                    board.bus().recover();
+                    self.servo_misses = self.servo_misses.saturating_add(1);
+                    self.bus_work = BusWork::Rest;
+                    if self.servos_on() && self.servo_misses >= SERVO_DRIVER_LOST_FRAMES {
+                        self.latch(board, Fault::ServoDriverLost);
+                    }
+                    return;
+                }
+            }
+        }
+        if self.bus_work == BusWork::Rest || board.clock().left_us() < BUS_SLOT_US {
+            return;
+        }
+        if self.bus_work == BusWork::Sample {
+            self.take_sample(board);
+            self.check_in = self.check_in.saturating_sub(1);
+            self.bus_work = if self.check_in == 0 { BusWork::Check } else { BusWork::Rest };
+        } else {
+            self.check_in = CHECK_EVERY_FRAMES;
+            self.bus_work = BusWork::Rest;
+            self.check_chips(board);
+        }
+    }
+
+    fn take_sample(&mut self, board: &mut impl Board) {
+        match power::sample(board.bus()) {
+            Ok(sample) => {
+                self.sample = sample;
+                self.count(false);
+            }
+            Err(power::Missed::NoAnswer) => {
+                board.bus().recover();
+                self.count(true);
+            }
+            Err(power::Missed::NotReady | power::Missed::Saturated) => self.count(true),
+        }
+        if self.servos_on() && self.sensor_misses >= SENSOR_LOST_FRAMES {
+            self.latch(board, Fault::SensorLost);
+        }
+    }
+
+    /// Looks whether a brown-out took a chip's configuration behind our back.
+    fn check_chips(&mut self, board: &mut impl Board) {
+        if !self.servos_on() {
+            return;
+        }
+        // A transfer that failed is for the next frame's burst or sample to judge.
+        if servos::check(board.bus()) == Err(servos::ServoFault::WrongConfiguration) {
+            self.latch(board, Fault::ServoDriverLost);
+        } else if power::check(board.bus()) == Err(power::SensorFault::WrongConfiguration) {
+            self.latch(board, Fault::SensorLost);
+        }
+    }
+
+    /// Makes sure that both chips are there and configured.
+    ///
+    /// # Errors
+    /// Which one is not.
+    pub(super) fn configure_chips(&mut self, board: &mut impl Board) -> Result<(), Fault> {
+        let mut delay = board.delay();
+        let bus = board.bus();
+        if servos::check(bus).is_err() {
+            bus.recover();
+            servos::configure(bus, &mut delay).map_err(|_| Fault::ServoDriverLost)?;
+        }
+        if power::check(bus).is_err() {
+            power::configure(bus).map_err(|_| Fault::SensorLost)?;
+        }
+        self.servo_misses = 0;
+        self.sensor_misses = 0;
+        Ok(())
+    }
+
+    /// Stops by itself: servos off at once, and latched.
+    pub(super) fn latch(&mut self, board: &mut impl Board, fault: Fault) {
+        self.fault = Some(fault);
+        self.player.go_limp();
+        self.staged = Frame::LIMP;
+        self.stage(board);
+        self.switch_off(board);
+        self.tell(Event::Fault(fault));
+    }
+
+    pub(super) fn switch_off(&mut self, board: &mut impl Board) {
+        // A chip that misses this gets the same in every frame's burst.
+        if servos::switch_off(board.bus()).is_err() {
+            board.bus().recover();
+            let _ = servos::switch_off(board.bus());
+        }
+    }
+
+    pub(super) const fn servos_on(&self) -> bool {
+        self.live.servos_on || self.staged.servos_on
+    }
+}
