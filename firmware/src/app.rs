@@ -12,7 +12,7 @@
 //! of all of them would lie on the stack all the time.
 //!
 //! A burst computed in one frame goes out at the start of the next, so what
-//! the robot does ([`App::live`]) is always one frame behind the player.
+//! the robot does is always one frame behind the player.
 
 mod chips;
 mod commands;
