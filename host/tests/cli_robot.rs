@@ -271,11 +271,10 @@ fn ctrl_c_stops_the_robot_and_the_program() {
         std::thread::yield_now();
     }
 
-    let interrupted =
-        std::process::Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
+    let pid = nix::unistd::Pid::from_raw(host.id() as i32);
+    nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGINT).unwrap();
     let status = host.wait().unwrap();
 
-    assert!(interrupted.success());
     assert_eq!(status.code(), Some(130));
     assert_eq!(setting.bench.robot(|robot| robot.state), State::Idle);
     assert!(setting.trials()[0].iter().any(|field| field.contains("interrupted")));
