@@ -6,12 +6,11 @@
 
 use super::start::Start;
 use super::world::World;
+use crate::energy::STANDARD_GRAVITY_M_S2;
 use crate::robot::Robot;
 
 /// Setpoints in a second.
 pub const FRAME_RATE_HZ: f64 = 60.0;
-/// Standard gravity, for the robot's weight.
-const GRAVITY_M_S2: f64 = 9.81;
 
 /// How a trial is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,7 +111,7 @@ fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 
         speed_m_s: distance_m / duration_s,
         energy_j,
         mean_power_w: energy_j / duration_s,
-        cost_of_transport: energy_j / (world.robot().mass_kg() * GRAVITY_M_S2 * distance_m),
+        cost_of_transport: energy_j / (world.robot().mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
         turned_rad,
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,

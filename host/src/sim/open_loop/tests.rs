@@ -55,7 +55,7 @@ fn cost_of_transport_is_energy_over_weight_and_distance() {
 
     let walk = play(&robot, &Trial { duration_s: 6.0, ..Trial::default() }, veering_trot);
 
-    let expected = walk.mean_power_w / (robot.mass_kg() * 9.81 * walk.speed_m_s);
+    let expected = walk.mean_power_w / (robot.mass_kg() * 9.806_65 * walk.speed_m_s);
     assert!((walk.cost_of_transport / expected - 1.0).abs() < 1e-9);
     assert!((walk.energy_j - 6.0 * walk.mean_power_w).abs() < 1e-9);
 }
