@@ -29,9 +29,8 @@ pub struct Interval {
 #[must_use]
 pub fn interval(samples: &[Sample]) -> Option<Interval> {
     let frames = samples.last()?.telemetry.trial_frames;
-    // The counter moves only in gait frames: the last sample of a trial may be later.
-    let in_trial =
-        samples.iter().find(|s| s.telemetry.trial_frames > 0 && s.telemetry.trial_frames <= frames)?;
+    // The counter freezes with the last gait frame, so a sample that shows all of them may be later.
+    let in_trial = samples.iter().find(|s| (1..frames).contains(&s.telemetry.trial_frames))?;
     let start_frame = in_trial.telemetry.uptime_frames.wrapping_sub(in_trial.telemetry.trial_frames);
     let start_unix_s = host_time_s(samples, start_frame)?;
     let end_unix_s = host_time_s(samples, start_frame.wrapping_add(frames))?;
@@ -104,6 +103,12 @@ mod tests {
         assert!((interval.frame_rate_hz - 59.7).abs() < 0.05, "{interval:?}");
         assert!((interval.start_unix_s - (1e9 + 2.0101)).abs() < 0.008, "{interval:?}");
         assert!((interval.end_unix_s - (1e9 + 14.0704)).abs() < 0.008, "{interval:?}");
+    }
+
+    /// Telemetry of the walk was lost: what is left came 5 frames after its end or later.
+    #[test]
+    fn a_trial_seen_only_after_its_end_has_no_place_on_the_clock() {
+        assert_eq!(interval(&samples(60.0, |_| 0.0)[845..]), None);
     }
 
     #[test]
