@@ -208,6 +208,11 @@ fn a_damaged_checkpoint_is_an_error_and_no_panic() {
     std::fs::write(&state, text.replace("\"best\": ", "\"best\": 7")).unwrap();
     assert!(matches!(load(), Err(CheckpointError::Contradiction { what: "best", .. })));
 
+    let round = text.replace("\"round\": ", "\"round\": 9999999999999999");
+    assert_ne!(round, text);
+    std::fs::write(&state, round).unwrap();
+    assert!(matches!(load(), Err(CheckpointError::Contradiction { what: "round", .. })));
+
     std::fs::write(&state, &text).unwrap();
     let wider = Td3Config { hidden_width: 33, ..learning.td3.clone() };
     assert!(matches!(checkpoint::load(folder.path(), &wider, layout, 3), Err(CheckpointError::Tensors(_))));

@@ -22,6 +22,8 @@ pub const FOLDER: &str = "checkpoint";
 const STATE: &str = "state.json";
 /// Raised whenever an older checkpoint cannot be read any more.
 const VERSION: u32 = 1;
+/// `random::stream` has room for as many rounds.
+const MAX_COUNT: u64 = 1 << 56;
 
 /// Why a run cannot be resumed or saved.
 #[derive(Debug, Error)]
@@ -211,6 +213,18 @@ pub fn load(
         return Err(CheckpointError::Version { path, version: state.version });
     }
     let contradiction = |what| CheckpointError::Contradiction { path: path.clone(), what };
+    // Far beyond any schedule, and far from where counting on would overflow.
+    let counters = [
+        ("round", state.round),
+        ("env_steps", state.env_steps),
+        ("updates", state.updates),
+        ("next_episode", state.next_episode),
+        ("actor_adam_steps", state.actor_adam_steps),
+        ("critics_adam_steps", state.critics_adam_steps),
+    ];
+    if let Some((what, _)) = counters.into_iter().find(|(_, count)| *count > MAX_COUNT) {
+        return Err(contradiction(what));
+    }
     if state.best >= state.curve.len() {
         return Err(contradiction("best"));
     }
@@ -232,6 +246,10 @@ pub fn load(
     let rows = file.take("replay")?.numbers;
     let replay = Replay::restore(layout, config.buffer_size, rows, state.replay_next)
         .ok_or_else(|| contradiction("replay_next"))?;
+    // There is no batch to draw from nothing.
+    if replay.is_empty() && state.env_steps > 0 {
+        return Err(contradiction("replay"));
+    }
     let mut episodes = Vec::new();
     for (slot, number) in state.episodes.into_iter().enumerate() {
         let actions = file.take(&actions_name(slot))?.numbers;

@@ -172,6 +172,13 @@ impl Learning {
         at_most("schedule.training_envs", s.training_envs as u64, 1_024, "1 to 1,024")?;
         at_most("schedule.evaluation_episodes", s.evaluation_episodes as u64, 10_000, "1 to 10,000")?;
         at_most("schedule.warm_up_env_steps", s.warm_up_env_steps, 10_000_000, "1 to 10,000,000")?;
+        // A round's transitions are handed over in one piece, 256 bytes each.
+        at_most(
+            "schedule.round_updates times schedule.env_steps_per_update",
+            s.round_env_steps(),
+            1_000_000,
+            "1 to 1,000,000",
+        )?;
         if s.updates_per_epoch % s.round_updates != 0 {
             return Err(BadValue {
                 name: "schedule.updates_per_epoch",

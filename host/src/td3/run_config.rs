@@ -236,6 +236,10 @@ mod tests {
             ("[td3]\nbatch_size = 0", "td3.batch_size is 0"),
             ("[td3]\ngamma = 1.0", "td3.gamma is 1"),
             ("[td3]\ntau = nan", "td3.tau is NaN"),
+            (
+                "[schedule]\nupdates_per_epoch = 100000\nround_updates = 100000\nenv_steps_per_update = 10000",
+                "schedule.round_updates times schedule.env_steps_per_update is 1000000000",
+            ),
             ("[schedule]\nround_updates = 7", "schedule.updates_per_epoch is 2500"),
             ("[env]\nepisode_steps = 0", "env.episode_steps is 0"),
             ("[env]\nslew_limit_rad_s = -1.0", "env.slew_limit_rad_s is -1"),
