@@ -50,3 +50,8 @@ pub fn failure_with_help(
 pub fn file_cause(error: &crate::run_folder::FileError) -> Cause {
     if error.action == "read" { Cause::Input } else { Cause::Machine }
 }
+
+/// A path as JSON: `json!` panics on one that is no UTF-8.
+pub fn path_text(path: &std::path::Path) -> String {
+    path.to_string_lossy().into_owned()
+}

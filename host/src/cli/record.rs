@@ -1,5 +1,6 @@
 //! `record`: the policy's average stride, as `fit` takes it.
 
+use super::explain::path_text;
 use super::{Cause, Failure};
 use crate::record::{RecordError, record};
 use crate::robot::{Robot, RobotError};
@@ -66,7 +67,7 @@ fn play(args: &Args) -> Result<(), RecordCliError> {
     let trajectory = args.run.join(run_folder::TRAJECTORY);
     if args.json {
         let mut line = serde_json::json!(recording);
-        line["trajectory"] = serde_json::json!(trajectory);
+        line["trajectory"] = path_text(&trajectory).into();
         println!("{line}");
         return Ok(());
     }

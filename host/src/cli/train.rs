@@ -1,5 +1,6 @@
 //! `train`: a run folder with the best policy, its learning curve and a checkpoint.
 
+use super::explain::path_text;
 use super::{Cause, Failure};
 use crate::env::Env;
 use crate::robot::Robot;
@@ -241,8 +242,8 @@ fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {
     let best = &outcome.curve[outcome.best];
     if json {
         let line = serde_json::json!({
-            "run": folder,
-            "policy": folder.join(run_folder::POLICY),
+            "run": path_text(folder),
+            "policy": path_text(&folder.join(run_folder::POLICY)),
             "seed": config.seed,
             "finished": outcome.ending == Ending::Done,
             "reward_untrained": untrained.reward,

@@ -3,7 +3,7 @@
 //! Owns the flags, the check of the limits at the asked amplitude, and the
 //! words; the transfer is [`crate::upload`]'s.
 
-use super::explain::{failure, failure_with_help};
+use super::explain::{failure, failure_with_help, path_text};
 use super::{Cause, Failure};
 use crate::gait_file::limits::{LeavesLimits, as_typed};
 use crate::gait_file::{GaitFile, GaitFileError, gait_sha256};
@@ -77,7 +77,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     if args.json {
         let result = json!({
             "port": link.name(),
-            "gait": path,
+            "gait": path_text(&path),
             "gait_name": uploaded.gait.name.as_str(),
             "gait_crc32": format!("{:08x}", uploaded.gait.crc32),
             "gait_sha256": sha256,

@@ -14,7 +14,8 @@ pub fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Prov
     let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
     let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
     let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
-    let arguments = std::env::args().skip(1);
+    // Not `args`: it panics on a path that is no UTF-8.
+    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
     Provenance {
         file: Some(path.display().to_string()),
         file_sha256: Some(trajectory.sha256.clone()),

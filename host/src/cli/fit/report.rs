@@ -1,6 +1,7 @@
 //! What a fit came to, for people and for scripts.
 
 use super::{Args, Chosen};
+use crate::cli::explain::path_text;
 use crate::fit::{FEW_ROWS, JointFit, R2_WARNING};
 use crate::gait_file::limits::round_down;
 use crate::gait_file::{GaitFile, gait_sha256};
@@ -131,8 +132,8 @@ fn print_json(
         .collect();
     let largest = gait.largest_amplitude();
     let result = json!({
-        "gait": out,
-        "gait_bytes": out.with_extension("bin"),
+        "gait": path_text(out),
+        "gait_bytes": path_text(&out.with_extension("bin")),
         "gait_sha256": digest(gait),
         "gait_source": gait.provenance.source.name(),
         "name": gait.name,

@@ -3,6 +3,7 @@
 use super::distance::Source;
 use super::{Args, Failure, Gait, as_typed, failure};
 use crate::cli::Cause;
+use crate::cli::explain::path_text;
 use crate::energy::cost_of_transport;
 use crate::run_folder;
 use crate::trial::Trial;
@@ -170,8 +171,8 @@ impl<'a> Outcome<'a> {
             "missed_samples": row.missed_samples,
             "lost_telemetry_frames": row.lost_telemetry_frames,
             "frame_rate_hz": self.frame_rate_hz,
-            "trials": folder.join(run_folder::TRIALS),
-            "telemetry": folder.join(&row.telemetry),
+            "trials": path_text(&folder.join(run_folder::TRIALS)),
+            "telemetry": path_text(&folder.join(&row.telemetry)),
         });
         println!("{result:#}");
     }
