@@ -339,3 +339,62 @@ fn the_help_tells_the_story_in_order() {
     assert!(text.contains("Exit codes"), "{text}");
     assert!(Path::new(desk.folder.path()).exists());
 }
+
+/// The trial, the training or the fit is done by then: only the report is lost.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_standard_output_is_an_error_after_the_files_are_written() {
+    let desk = Desk::new();
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+
+    let output = std::process::Command::new(assert_cmd::cargo::cargo_bin("host"))
+        .current_dir(desk.folder.path())
+        .args(["fit", "walk.csv", "--out", "again.toml", "--leg", "1.0"])
+        .stdout(full)
+        .output()
+        .unwrap();
+
+    let message = unwrapped(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("could not be written to standard output"), "{message}");
+    assert!(desk.path("again.bin").is_file());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_path_that_is_no_utf_8_is_a_path() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let desk = Desk::new();
+    let odd = |name: &[u8]| std::ffi::OsStr::from_bytes(name).to_owned();
+    std::fs::copy(desk.path("walk.csv"), desk.folder.path().join(odd(b"w\xFF.csv"))).unwrap();
+
+    let mut fit = desk.host(&["fit", "--json", "--leg", "1.0"]);
+    fit.arg(odd(b"w\xFF.csv")).arg("--out").arg(odd(b"g\xFF.toml"));
+
+    fit.assert().success().stdout(contains("gait_sha256"));
+    assert!(desk.folder.path().join(odd(b"g\xFF.bin")).is_file());
+}
+
+#[test]
+fn a_seed_that_no_file_can_hold_is_refused_before_the_work() {
+    let desk = Desk::new();
+
+    let message = desk.fails(2, &["fit", "walk.csv", "--seed", "9223372036854775808"]);
+
+    assert!(message.contains("9223372036854775808 is not in 0..=9223372036854775807"), "{message}");
+}
+
+/// Each of these steps comes after the training.
+#[test]
+fn the_demo_refuses_what_its_last_steps_would_before_it_trains() {
+    let desk = Desk::new();
+
+    let amplitude = desk.fails(2, &["demo", "--amp", "9"]);
+    let duration = desk.fails(2, &["demo", "--duration", "1e9"]);
+    let robot = desk.fails(1, &["demo", "--virtual-robot", "nowhere"]);
+
+    assert!(amplitude.contains("--amp is 9; it must be within 0.5 to 3"), "{amplitude}");
+    assert!(duration.contains("--duration is 1000000000; it must be within 0.1 to 3600"), "{duration}");
+    assert!(robot.contains("there is no virtual robot at nowhere"), "{robot}");
+    assert!(!desk.path("runs").exists());
+}

@@ -4,8 +4,10 @@
 //! Owns the order of the steps and `summary.json`; every number in it comes
 //! from a step's own `--json`.
 
+use super::measure::DURATION_RANGE_S;
 use super::{Cause, Failure};
 use crate::run_folder::{self, FileError};
+use protocol::Amplitude;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -17,7 +19,7 @@ use thiserror::Error;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Seed of training, recording and the robot's start; another seed gives another gait
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = super::seed())]
     seed: u64,
     /// Training preset
     #[arg(long, default_value = "quick")]
@@ -39,8 +41,12 @@ pub struct Args {
 /// Why the demo stopped.
 #[derive(Debug, Error)]
 enum DemoError {
+    #[error("--{flag} is {value}; it must be within {min} to {max}")]
+    Flag { flag: &'static str, value: f64, min: f64, max: f64 },
     #[error("step `{step}` failed with exit code {code}")]
-    Step { step: &'static str, code: String },
+    Step { step: &'static str, code: String, cause: Cause },
+    #[error("there is no virtual robot at {program}")]
+    NoVirtualRobot { program: PathBuf },
     #[error("cannot start {program}: {source}")]
     Start { program: PathBuf, source: std::io::Error },
     #[error("step `{step}` reported no `{field}`")]
@@ -56,8 +62,11 @@ enum DemoError {
 impl DemoError {
     fn into_failure(self) -> Failure {
         let (cause, help) = match &self {
-            Self::Step { .. } => (Cause::Machine, "the step's own message stands above"),
-            Self::Start { .. } => (Cause::Machine, "build it: cargo build -p sim-tests --bin virtual-robot"),
+            Self::Flag { .. } => (Cause::Usage, "nothing was trained yet"),
+            Self::Step { cause, .. } => (*cause, "the step's own message stands above"),
+            Self::NoVirtualRobot { .. } | Self::Start { .. } => {
+                (Cause::Machine, "build it: cargo build -p sim-tests --bin virtual-robot")
+            }
             Self::NoPort => {
                 (Cause::Link, "its own message stands above; build its firmware with `make firmware`")
             }
@@ -124,8 +133,9 @@ impl Steps {
             .output()
             .map_err(|source| DemoError::Start { program: self.host.clone(), source })?;
         if !output.status.success() {
+            let cause = Cause::of_code(output.status.code());
             let code = output.status.code().map_or("none (killed)".to_owned(), |code| code.to_string());
-            return Err(DemoError::Step { step, code });
+            return Err(DemoError::Step { step, code, cause });
         }
         self.wall_s.insert(step.replace('-', "_"), rounded(start.elapsed().as_secs_f64()));
         serde_json::from_slice(&output.stdout).map_err(|source| DemoError::Json { step, source })
@@ -134,6 +144,24 @@ impl Steps {
 
 fn rounded(seconds: f64) -> Value {
     json!((seconds * 10.0).round() / 10.0)
+}
+
+/// Refuses now what a later step would refuse after minutes of training.
+fn check(args: &Args, virtual_robot: &Path) -> Result<(), DemoError> {
+    let (least, most) = DURATION_RANGE_S;
+    let ranges = [
+        ("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value()),
+        ("duration", args.duration_s, least, most),
+    ];
+    for (flag, value, min, max) in ranges {
+        if !(min..=max).contains(&value) {
+            return Err(DemoError::Flag { flag, value, min, max });
+        }
+    }
+    if !virtual_robot.is_file() {
+        return Err(DemoError::NoVirtualRobot { program: virtual_robot.to_owned() });
+    }
+    Ok(())
 }
 
 /// Runs the demo.
@@ -146,6 +174,7 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     let host = std::env::current_exe()
         .map_err(|source| DemoError::Start { program: PathBuf::from("host"), source })?;
     let virtual_robot = args.virtual_robot.clone().unwrap_or_else(|| host.with_file_name("virtual-robot"));
+    check(args, &virtual_robot)?;
     let mut steps = Steps { host, wall_s: Map::new() };
     let run = run_folder::create(&format!("demo-seed{}", args.seed))?;
     let run_name = run.display().to_string();

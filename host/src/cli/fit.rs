@@ -9,7 +9,7 @@ mod report;
 use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
 use crate::fit::{self, Scale, Seam};
-use crate::gait_file::{GaitFile, GaitFileError};
+use crate::gait_file::{GaitFile, GaitFileError, UnusableGait};
 use crate::joint_map::{JointMap, JointMapError};
 use crate::robot::Robot;
 use crate::run_folder;
@@ -80,7 +80,7 @@ pub struct Args {
     #[arg(long)]
     name: Option<String>,
     /// Seed to note in the gait [default: from the run's configuration]
-    #[arg(long)]
+    #[arg(long, value_parser = super::seed())]
     seed: Option<u64>,
     /// Gait file to write; the robot's bytes go beside it as .bin [default: beside a recorded
     /// trajectory, else in a new run folder]
@@ -161,15 +161,26 @@ pub fn run(args: Args) -> Result<(), Failure> {
         provenance,
         joints: fits.clone().map(|fit| fit.series),
     };
-    gait.check().map_err(|e| {
-        let help = "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
-                    --negate and --limit-deg";
-        failure_with_help(Cause::Input, e, help)
-    })?;
+    gait.check().map_err(unplayable)?;
     let out = history::out_path(&args, &trajectory)?;
     gait.save(&out).map_err(unsaved)?;
     report::print(&args, &out, &gait, &fits, &chosen);
     Ok(())
+}
+
+fn unplayable(error: UnusableGait) -> Failure {
+    let help = match &error {
+        UnusableGait::Name { .. } => "give it another: --name NAME",
+        UnusableGait::JointValue { field: "centre_deg", .. } => {
+            "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
+             --negate and --limit-deg"
+        }
+        UnusableGait::JointValue { .. } | UnusableGait::Deviation { .. } => {
+            "a joint moves by --unit-deg per unit of action; are the recording's units others?"
+        }
+        _ => return failure(Cause::Input, error),
+    };
+    failure_with_help(Cause::Input, error, help)
 }
 
 fn unreadable(error: TrajectoryError) -> Failure {

@@ -27,6 +27,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
+/// Shortest and longest trial.
+pub(super) const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
+
 /// Walk a trial and compute cost of transport and speed.
 ///
 /// The trial starts with the first gait frame, after the slow entry; energy,
@@ -171,7 +174,7 @@ fn check_flags(args: &Args) -> Result<u32, Failure> {
         }
         _ => Ok(()),
     };
-    range("duration", Some(args.duration), 0.1, 3600.0)?;
+    range("duration", Some(args.duration), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
     range("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value())?;
     range("distance", args.distance, 0.0, 1e4)?;
     range("mass-kg", args.mass_kg, 0.01, 1e3)?;

@@ -1,5 +1,9 @@
 //! The command line: one module a subcommand, each with `Args` and `run`.
 
+// First: its macros are in force below it.
+#[macro_use]
+mod output;
+
 mod demo;
 mod explain;
 mod fit;
@@ -68,6 +72,19 @@ pub enum Cause {
     Interrupted = 130,
 }
 
+impl Cause {
+    /// What a step's exit code said; a code of nobody's is the machine's trouble.
+    fn of_code(code: Option<i32>) -> Self {
+        let known = [Self::Usage, Self::Input, Self::Link, Self::Robot, Self::Interrupted];
+        known.into_iter().find(|&cause| code == Some(cause as i32)).unwrap_or(Self::Machine)
+    }
+}
+
+/// Seeds that a run's files can hold: TOML's integers are signed.
+fn seed() -> impl clap::builder::TypedValueParser<Value = u64> {
+    clap::value_parser!(u64).range(..=i64::MAX as u64)
+}
+
 /// Why a subcommand failed: what a script sees and what a person reads.
 #[derive(Debug)]
 pub struct Failure {
@@ -97,7 +114,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Measure(args) => measure::run(args),
         Command::Demo(args) => demo::run(args),
     };
-    match outcome {
+    match outcome.and_then(|()| output::finish()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("{:?}", failure.report);

@@ -31,7 +31,7 @@ pub struct Args {
     leg: Option<f64>,
 
     /// Another seed gives another gait [default: the configuration's, 0]
-    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    #[arg(long, value_name = "N", conflicts_with = "resume", value_parser = super::seed())]
     seed: Option<u64>,
 
     /// The run's folder; it must not hold a run yet [default: a new one in runs]
