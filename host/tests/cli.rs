@@ -1,5 +1,7 @@
 //! Bad input without a robot: exit codes, and messages that name value, limit
 //! and next move.
+//!
+//! Beyond 300 lines: one short test a kind of bad input, all at the same desk.
 
 use assert_cmd::Command;
 use predicates::prelude::*;
@@ -397,4 +399,18 @@ fn the_demo_refuses_what_its_last_steps_would_before_it_trains() {
     assert!(duration.contains("--duration is 1000000000; it must be within 0.1 to 3600"), "{duration}");
     assert!(robot.contains("there is no virtual robot at nowhere"), "{robot}");
     assert!(!desk.path("runs").exists());
+}
+
+#[test]
+fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
+    let desk = Desk::new();
+    desk.write("robot.toml", &host::robot::Robot::ant(0.6).unwrap().to_toml());
+
+    desk.host(&["fit", "walk.csv", "--out", "short.toml"])
+        .assert()
+        .success()
+        .stdout(contains("Next: cargo run -p host -- upload-gait --amp 2.2 --gait short.toml"));
+
+    let gait = host::gait_file::GaitFile::load(&desk.path("short.toml")).unwrap();
+    assert_eq!(gait.provenance.leg_scale, Some(0.6));
 }

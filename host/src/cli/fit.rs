@@ -4,18 +4,20 @@
 //! the fit and the file are the library's.
 
 mod history;
+mod refusal;
 mod report;
 
-use super::explain::{failure, failure_with_help, file_cause};
+use super::explain::{failure, failure_with_help};
 use super::{Cause, Failure};
 use crate::fit::{self, Scale, Seam};
-use crate::gait_file::{GaitFile, GaitFileError, UnusableGait};
+use crate::gait_file::GaitFile;
 use crate::joint_map::{JointMap, JointMapError};
 use crate::robot::Robot;
 use crate::run_folder;
+use crate::trajectory::Trajectory;
 use crate::trajectory::loop_finder::{self, Loop};
-use crate::trajectory::{Trajectory, TrajectoryError};
 use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
+use refusal::{unplayable, unreadable, unsaved};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -149,11 +151,12 @@ pub fn run(args: Args) -> Result<(), Failure> {
     check_flags(&args)?;
     let trajectory = Trajectory::read(&args.trajectory(), map.columns.as_deref()).map_err(unreadable)?;
     let chosen = choose(&args, &trajectory)?;
-    let scale = scale(&args, &map)?;
+    let robot = robot(&args)?;
+    let scale = scale(&map, robot.as_ref())?;
     let rows = trajectory.rows(chosen.rows.start, chosen.rows.end).map_err(unreadable)?;
     let fits = fit::fit(rows, &scale, chosen.seam).map_err(|e| failure(Cause::Input, e))?;
 
-    let provenance = history::provenance(&args, &trajectory, &chosen);
+    let provenance = history::provenance(&args, &trajectory, &chosen, robot.as_ref());
     let gait = GaitFile {
         name: args.name.clone().unwrap_or_else(|| history::default_name(&args.trajectory(), &provenance)),
         period_s: chosen.recorded_s * args.time_stretch,
@@ -166,51 +169,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
     gait.save(&out).map_err(unsaved)?;
     report::print(&args, &out, &gait, &fits, &chosen);
     Ok(())
-}
-
-fn unplayable(error: UnusableGait) -> Failure {
-    let help = match &error {
-        UnusableGait::Name { .. } => "give it another: --name NAME",
-        UnusableGait::JointValue { field: "centre_deg", .. } => {
-            "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
-             --negate and --limit-deg"
-        }
-        UnusableGait::JointValue { .. } | UnusableGait::Deviation { .. } => {
-            "a joint moves by --unit-deg per unit of action; are the recording's units others?"
-        }
-        _ => return failure(Cause::Input, error),
-    };
-    failure_with_help(Cause::Input, error, help)
-}
-
-fn unreadable(error: TrajectoryError) -> Failure {
-    let help = match &error {
-        TrajectoryError::File(_) => {
-            "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own"
-        }
-        TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
-            "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
-        }
-        TrajectoryError::UnevenTime { .. } => {
-            "choose rows without a gap (--rows A..B), or give the duration yourself (--period S)"
-        }
-        TrajectoryError::Number { .. } | TrajectoryError::RowLength { .. } => {
-            "correct the line, or skip a column of no interest with `-` in --columns"
-        }
-        _ => return failure(Cause::Input, error),
-    };
-    failure_with_help(Cause::Input, error, help)
-}
-
-fn unsaved(error: GaitFileError) -> Failure {
-    match &error {
-        GaitFileError::File(file) => failure_with_help(
-            file_cause(file),
-            error,
-            "the file that was there before, if any, is unharmed; free some space or choose another --out",
-        ),
-        _ => failure(Cause::Input, error),
-    }
 }
 
 fn joint_map(args: &Args) -> Result<JointMap, Failure> {
@@ -290,14 +248,18 @@ fn choose(args: &Args, trajectory: &Trajectory) -> Result<Chosen, Failure> {
     Ok(Chosen { rows, found, recorded_s, seam: args.seam.unwrap_or(default_seam) })
 }
 
-fn scale(args: &Args, map: &JointMap) -> Result<Scale, Failure> {
+/// The robot that the gait is meant for, as far as it is known.
+fn robot(args: &Args) -> Result<Option<Robot>, Failure> {
     let beside = args.trajectory().with_file_name(run_folder::ROBOT);
     let robot = match args.leg {
         Some(leg) => Some(Robot::ant(leg)),
         None if beside.is_file() => Some(Robot::load(&beside)),
         None => None,
     };
-    let robot = robot.transpose().map_err(|e| failure(Cause::Input, e))?;
+    robot.transpose().map_err(|e| failure(Cause::Input, e))
+}
+
+fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
     let scale = Scale {
         signs: map.signs().map_err(|e: JointMapError| failure(Cause::Usage, e))?,
         unit_deg: map.unit_deg.unwrap_or(ROBOT_UNIT_DEG),

@@ -92,6 +92,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
         println!("{result:#}");
     } else {
         print_words(&uploaded, &sha256, table.len(), clipped_share);
+        if uploaded.storage == Storage::Saved {
+            let named = args.port.map_or(String::new(), |port| format!(" --port {port}"));
+            println!("Next: cargo run -p host -- measure{named}");
+        }
     }
     Ok(())
 }

@@ -4,11 +4,17 @@ use super::{Args, Chosen};
 use crate::cli::Failure;
 use crate::cli::explain::{failure, file_cause};
 use crate::gait_file::{Provenance, Source};
+use crate::robot::Robot;
 use crate::run_folder;
 use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 
-pub fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Provenance {
+pub fn provenance(
+    args: &Args,
+    trajectory: &Trajectory,
+    chosen: &Chosen,
+    robot: Option<&Robot>,
+) -> Provenance {
     let path = args.trajectory();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
@@ -24,7 +30,7 @@ pub fn provenance(args: &Args, trajectory: &Trajectory, chosen: &Chosen) -> Prov
         time_stretch: Some(args.time_stretch),
         run: run.filter(|_| trained),
         seed,
-        leg_scale: args.leg,
+        leg_scale: robot.map(|robot| robot.geometry.leg_scale),
         command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
         ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
     }

@@ -12,6 +12,9 @@ use std::path::Path;
 /// Strides this uneven at the seam are worth a warning: more than a servo turns in a frame.
 const SEAM_WARNING_DEG: f64 = 5.0;
 
+/// What the README's story uploads at.
+const USUAL_AMPLITUDE: f64 = 2.2;
+
 /// Prints the table, or with `--json` one object; warnings go to standard error.
 pub fn print(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) {
     let warnings = warnings(fits, chosen);
@@ -82,6 +85,12 @@ fn print_table(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT
     }
     println!("\n{}", reach(gait));
     println!("gait {} in {} and {}", digest(gait), out.display(), out.with_extension("bin").display());
+    let largest = gait.largest_amplitude().map_or(USUAL_AMPLITUDE, |l| round_down(l.amplitude));
+    let amplitude = largest.min(USUAL_AMPLITUDE);
+    if amplitude >= Amplitude::MIN.value() {
+        let named = args.out.as_ref().map_or(String::new(), |out| format!(" --gait {}", out.display()));
+        println!("Next: cargo run -p host -- upload-gait --amp {amplitude}{named}");
+    }
 }
 
 /// How far the gait may be amplified, in words.
