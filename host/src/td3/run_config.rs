@@ -234,6 +234,7 @@ mod tests {
         for (text, named) in [
             ("[td3]\nbatchsize = 3", "batchsize"),
             ("[td3]\nbatch_size = 0", "td3.batch_size is 0"),
+            ("[td3]\nhidden_width = 4096", "td3.hidden_width is 4096, it must be 1 to 1,024"),
             ("[td3]\ngamma = 1.0", "td3.gamma is 1"),
             ("[td3]\ntau = nan", "td3.tau is NaN"),
             (
