@@ -31,7 +31,7 @@ pub enum Heard {
 #[derive(Debug)]
 pub struct Link {
     decoder: Decoder,
-    /// Number, checksum and outcome of the last request that changed something.
+    /// Number, checksum and outcome of the last request, if it changed something.
     last: Option<(u8, u16, Outcome)>,
     request_crc: u16,
     bad_frames: u16,
@@ -79,6 +79,9 @@ impl Link {
             {
                 return Some(Heard::Repeat(seq, outcome));
             }
+            // Whoever asks something else has had that answer. Kept, it would
+            // swallow an equal request when the numbers have come round.
+            self.last = None;
             return Some(match frame::parse::<Request>(body) {
                 Ok(request) => Heard::Command(request.seq, request.command),
                 Err(_) => {
@@ -93,11 +96,6 @@ impl Link {
     /// Notes the outcome of the request that [`Self::listen`] returned last.
     pub const fn remember(&mut self, seq: u8, outcome: Outcome) {
         self.last = Some((seq, self.request_crc, outcome));
-    }
-
-    /// Forgets the last request: a new host begins.
-    pub const fn forget(&mut self) {
-        self.last = None;
     }
 }
 

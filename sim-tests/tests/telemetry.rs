@@ -134,6 +134,42 @@ fn a_saturated_sensor_is_counted_and_not_believed() {
     assert!(sample.trial_energy_uj < 4_000_000 + 4 * 16 * 1_000_000 / 60, "{}", sample.trial_energy_uj);
 }
 
+/// Servos that stall, or all jump at once, may draw more than the sensor can
+/// tell for a while; the chip is there all the same.
+#[test]
+fn a_sensor_saturated_for_long_is_no_lost_sensor() {
+    let mut robot = streaming();
+    robot.expect_done(Command::Walk { amplitude: None, frames: None });
+    robot.run_until(State::Walking);
+
+    robot.board.set_supply(5.0, 3.5);
+    robot.run_frames(60);
+
+    assert_eq!(robot.state(), State::Walking);
+    assert!(robot.telemetry().last().unwrap().missed_samples > 50);
+}
+
+#[test]
+fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
+    for stopped_after in [None, Some(70)] {
+        let mut robot = streaming();
+        robot.board.set_supply(5.0, 0.4);
+        robot.expect_done(Command::Walk { amplitude: None, frames: stopped_after });
+        robot.run_until(State::Walking);
+        if stopped_after.is_none() {
+            robot.run_frames(70);
+            let stop = robot.framed(Command::Stop);
+            robot.send(&stop);
+        }
+        robot.run_until(State::Holding);
+
+        // At once: frames of the walk before are still on their way to the servos.
+        let sample = walk(&mut robot, 60);
+
+        assert_eq!((sample.trial_frames, sample.trial_energy_uj), (60, 2_000_000), "{stopped_after:?}");
+    }
+}
+
 #[test]
 fn a_braking_servo_that_feeds_the_supply_is_subtracted() {
     let mut robot = streaming();

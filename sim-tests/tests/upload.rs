@@ -257,6 +257,24 @@ fn a_refusal_is_repeated_too() {
     assert_eq!(robot.answer(), refused);
 }
 
+/// Numbers come round after 256 requests; a question in between proves that the
+/// host has had its answer, so the same bytes are then a new request.
+#[test]
+fn a_command_whose_number_comes_round_again_is_carried_out() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
+    let walk = Command::Walk { amplitude: None, frames: Some(1) };
+    robot.expect_done(walk);
+    robot.run_until(State::Idle);
+    for _ in 0..255 {
+        robot.ask(Command::ReadGait { offset: 0 });
+    }
+
+    robot.expect_done(walk);
+
+    assert_eq!(robot.state(), State::Entering);
+}
+
 #[test]
 fn another_protocol_version_is_refused_and_told_ours() {
     let mut robot = SimRobot::new();

@@ -71,7 +71,12 @@ impl App {
                 board.bus().recover();
                 self.count(true);
             }
-            Err(power::Missed::NotReady | power::Missed::Saturated) => self.count(true),
+            Err(power::Missed::NotReady) => self.count(true),
+            Err(power::Missed::Saturated) => {
+                self.count(true);
+                // A sensor that says so is not lost.
+                self.sensor_misses = 0;
+            }
         }
         if self.servos_on() && self.sensor_misses >= SENSOR_LOST_FRAMES {
             self.latch(board, Fault::SensorLost);

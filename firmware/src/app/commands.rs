@@ -29,10 +29,7 @@ impl App {
     /// Carries out one command, and answers it.
     pub(super) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Reply {
         let outcome = match *command {
-            Command::Hello { protocol_version } => {
-                self.link.forget();
-                return self.hello(protocol_version);
-            }
+            Command::Hello { protocol_version } => return self.hello(protocol_version),
             Command::Status => return Reply::Status(self.status()),
             Command::ReadGait { offset } => return self.read_gait(offset),
             Command::UploadBegin { len } => self.begin_upload(len),
@@ -136,6 +133,10 @@ impl App {
         }
         self.configure_chips(board).map_err(Refusal::ChipMissing)?;
         self.trial = Trial::NONE;
+        // What is still on its way to the servos belongs to the walk before.
+        for frame in [&mut self.live, &mut self.staged] {
+            (frame.gait, frame.last) = (false, false);
+        }
         self.player.walk(&self.gait, amplitude, frames);
         Ok(())
     }
