@@ -3,6 +3,7 @@
 //! A missing image fails every test here, with the next move.
 
 mod faults;
+mod stack;
 mod support;
 
 use host::robot::Robot;
