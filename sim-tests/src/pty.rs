@@ -34,7 +34,7 @@ pub enum PtyError {
         source: Errno,
     },
     /// Something that is no link of ours is where the link should be.
-    #[error("{path} exists and is no symbolic link: remove it, or name another with --link")]
+    #[error("{path} exists and is no link to a pseudo-terminal: remove it, or name another with --link")]
     LinkTaken {
         /// Where.
         path: PathBuf,
@@ -92,12 +92,14 @@ impl Pty {
     /// [`PtyError`] if there is something else, or the link cannot be made.
     pub fn link(&mut self, link: &Path) -> Result<(), PtyError> {
         let failed = |source| PtyError::Link { path: link.to_owned(), source };
-        match std::fs::symlink_metadata(link) {
-            Ok(existing) if !existing.is_symlink() => {
+        if link.symlink_metadata().is_ok() {
+            // Ours, or another robot's: it leads nowhere, or where terminals are.
+            let is_ports =
+                std::fs::read_link(link).is_ok_and(|to| !link.exists() || to.parent() == self.path.parent());
+            if !is_ports {
                 return Err(PtyError::LinkTaken { path: link.to_owned() });
             }
-            Ok(_) => std::fs::remove_file(link).map_err(failed)?,
-            Err(_) => {}
+            std::fs::remove_file(link).map_err(failed)?;
         }
         std::os::unix::fs::symlink(&self.path, link).map_err(failed)?;
         self.link = Some(link.to_owned());

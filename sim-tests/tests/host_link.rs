@@ -294,20 +294,6 @@ fn a_cable_pulled_in_mid_trial_is_a_clear_error_and_no_endless_wait() {
 }
 
 #[test]
-fn a_missing_firmware_image_is_an_error_with_the_next_move() {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_virtual-robot"))
-        .args(["--elf", "no/such/nano.elf"])
-        .output()
-        .unwrap();
-
-    assert!(!output.status.success());
-    let message = String::from_utf8_lossy(&output.stderr);
-    // The report wraps its lines, and draws a rule beside them.
-    let words: Vec<&str> = message.split_whitespace().filter(|word| *word != "│").collect();
-    assert!(words.join(" ").contains("`make firmware`"), "{message}");
-}
-
-#[test]
 fn a_host_that_claims_the_port_for_itself_releases_it_for_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let robot = RobotProcess::start(folder.path(), &[]);

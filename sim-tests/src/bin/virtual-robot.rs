@@ -62,8 +62,14 @@ struct Args {
     #[arg(long)]
     seed: Option<u64>,
     /// End after so many emulated seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     max_seconds: Option<f64>,
+}
+
+/// A time that can pass.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if seconds > 0.0 { Ok(seconds) } else { Err("it must be above 0".to_owned()) }
 }
 
 fn main() -> Result<()> {
@@ -110,7 +116,7 @@ fn run(
     records: &mut Records,
     mut eeprom: Option<&mut EepromFile>,
 ) -> Result<()> {
-    let last_cycle = args.max_seconds.map_or(u64::MAX, |s| (s.max(0.0) * CLOCK_HZ as f64) as u64);
+    let last_cycle = args.max_seconds.map_or(u64::MAX, |s| (s * CLOCK_HZ as f64) as u64);
     let bootloader_cycles = args.boot_delay_ms * (CLOCK_HZ / 1000);
     let mut clock = Clock::start();
     let mut eeprom_checked = Instant::now();

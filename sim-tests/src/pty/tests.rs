@@ -96,8 +96,26 @@ fn a_link_replaces_a_stale_link_and_nothing_else_and_goes_with_the_port() {
     drop(pty);
     assert!(std::fs::symlink_metadata(&link).is_err());
 
-    std::fs::write(&link, "mine").unwrap();
-    let refused = Pty::new().unwrap().link(&link);
-    assert!(matches!(refused, Err(PtyError::LinkTaken { .. })));
-    assert_eq!(std::fs::read_to_string(&link).unwrap(), "mine");
+    let mine = folder.path().join("mine");
+    std::fs::write(&mine, "mine").unwrap();
+    std::os::unix::fs::symlink(&mine, &link).unwrap();
+    for taken in [&mine, &link] {
+        let refused = Pty::new().unwrap().link(taken);
+        assert!(matches!(refused, Err(PtyError::LinkTaken { .. })));
+        assert_eq!(std::fs::read_to_string(taken).unwrap(), "mine");
+    }
+    assert_eq!(std::fs::read_link(&link).unwrap(), mine);
+}
+
+#[test]
+fn a_robot_that_lost_its_link_to_another_leaves_it_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("robot");
+    let (mut first, mut second) = (Pty::new().unwrap(), Pty::new().unwrap());
+
+    first.link(&link).unwrap();
+    second.link(&link).unwrap();
+    drop(first);
+
+    assert_eq!(std::fs::read_link(&link).unwrap(), second.path());
 }

@@ -1,15 +1,12 @@
 //! Paints the free memory, so that the deepest stack can be measured.
 //!
 //! A stack that runs into data is silent on an AVR. Whoever looks at the
-//! memory between `_end` and the stack finds [`STACK_PAINT`] in every byte that
-//! was never used.
+//! memory between `_end` and the stack finds [`PAINT`] in every byte that was
+//! never used; `sim-tests/tests/nano/stack.rs` does.
 
 use core::arch::asm;
 
 /// What an unused byte holds.
-#[used]
-#[unsafe(no_mangle)]
-pub static STACK_PAINT: u8 = PAINT;
 const PAINT: u8 = 0xC5;
 
 unsafe extern "C" {
