@@ -46,13 +46,16 @@ pub struct Bus {
     selected: Vec<Chip>,
     silent: Vec<Chip>,
     stuck: bool,
+    /// Clocks that a chip still waits for before it lets go of the data line.
+    data_held_for: u8,
 }
 
 impl Bus {
     /// A healthy bus.
     #[must_use]
     pub fn new(pca9685: Pca9685, ina219: Ina219) -> Self {
-        Self { pca9685, ina219, selected: Vec::new(), silent: Vec::new(), stuck: false }
+        let (selected, silent) = (Vec::new(), Vec::new());
+        Self { pca9685, ina219, selected, silent, stuck: false, data_held_for: 0 }
     }
 
     /// From now on the chip acknowledges nothing, as with a broken wire.
@@ -71,10 +74,27 @@ impl Bus {
         self.stuck = stuck;
     }
 
-    /// Whether the clock line is held low.
+    /// Holds the data line low, as a chip does that lost its master in the
+    /// middle of a byte, until it has seen so many clocks.
+    pub fn hold_data(&mut self, clocks: u8) {
+        self.data_held_for = clocks;
+    }
+
+    /// Whether the data line is held low.
+    #[must_use]
+    pub fn is_data_held(&self) -> bool {
+        self.data_held_for > 0
+    }
+
+    /// A clock by hand, outside any transfer.
+    pub fn clock(&mut self) {
+        self.data_held_for = self.data_held_for.saturating_sub(u8::from(!self.stuck));
+    }
+
+    /// Whether a line is held low, so that no transfer begins or ends.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
-        self.stuck
+        self.stuck || self.is_data_held()
     }
 
     /// A START, or repeated START, with an address; true if any chip answers.

@@ -105,3 +105,24 @@ fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
     assert_eq!(status(&mut robot, &mut client).state, State::Idle);
     assert!(!robot.nano().bus().pca9685.drives_any());
 }
+
+/// A chip that lost its master in the middle of a byte waits for the rest of
+/// it, and holds SDA meanwhile: no START gets through until it is clocked free.
+#[test]
+fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+
+    for clocks in [1, 9] {
+        robot.nano_mut().bus_mut().hold_data(clocks);
+        client.run_for(&mut robot, 0.5).unwrap();
+
+        assert!(!robot.nano().bus().is_data_held(), "of {clocks} clocks some are missing");
+        assert_eq!(status(&mut robot, &mut client).state, State::Walking);
+    }
+    robot.nano_mut().bus_mut().hold_data(u8::MAX);
+    client.run_for(&mut robot, 0.2).unwrap();
+    assert_eq!(status(&mut robot, &mut client).state, State::Fault(Fault::ServoDriverLost));
+}

@@ -104,6 +104,9 @@ impl Bus for SimBoard {
     }
 
     fn recover(&mut self) {
+        for _ in 0..9 {
+            self.chips.clock();
+        }
         self.advance(200_000);
     }
 }
