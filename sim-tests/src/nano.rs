@@ -236,6 +236,21 @@ impl Nano {
         self.hold(0, ResetKind::BrownOut);
     }
 
+    /// Sends the program into its own first endless loop, interrupts as they
+    /// are; false if it has none.
+    pub fn hang(&mut self) -> bool {
+        /// `rjmp .`
+        const ENDLESS_LOOP: [u8; 2] = 0xCFFF_u16.to_le_bytes();
+        // SAFETY: `flash` holds `codeend` bytes and more as long as `avr` lives.
+        unsafe {
+            let avr = &mut *self.avr.as_ptr();
+            let program = std::slice::from_raw_parts(avr.flash, avr.codeend as usize);
+            let found = program.chunks_exact(2).position(|word| word == ENDLESS_LOOP);
+            avr.pc = found.map_or(avr.pc, |index| 2 * index as u32);
+            found.is_some()
+        }
+    }
+
     /// Whether the program is not running because of a reset.
     #[must_use]
     pub fn is_held(&self) -> bool {

@@ -3,6 +3,7 @@
 use super::support::*;
 use protocol::command::Storage;
 use protocol::{Command, Event, Fault, Message, ResetCause, State};
+use sim_tests::client::Client;
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::CLOCK_HZ;
@@ -125,4 +126,28 @@ fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
     robot.nano_mut().bus_mut().hold_data(u8::MAX);
     client.run_for(&mut robot, 0.2).unwrap();
     assert_eq!(status(&mut robot, &mut client).state, State::Fault(Fault::ServoDriverLost));
+}
+
+/// A panic ends in such a loop: interrupts go on, and with them the last burst.
+#[test]
+fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+    client.run_for(&mut robot, 2.0).unwrap();
+
+    assert!(robot.nano_mut().hang(), "the image has no endless loop to hang in");
+    robot.run_for(0.1).unwrap();
+    let pulses_on = robot.nano().bus().pca9685.drives_any();
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.1).unwrap();
+
+    assert!(pulses_on, "it hung and went on pulsing");
+    assert_eq!(robot.nano().counters().watchdog_resets, 1);
+    assert!(!robot.nano().bus().pca9685.drives_any());
+    let status = status(&mut robot, &mut client);
+    assert_eq!(status.state, State::Fault(Fault::Watchdog));
+    assert_eq!(status.gait.unwrap().name.as_str(), "trot");
+    client.expect_done(&mut robot, Command::ClearFault).unwrap();
 }
