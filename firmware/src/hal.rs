@@ -30,7 +30,8 @@ pub enum BurstState {
 
 /// The I2C bus with a burst that the frame timer starts by itself.
 ///
-/// Transactions through [`I2c`] end within 2 ms, whatever hangs on the bus.
+/// Transactions through [`I2c`] end within 2.5 ms, whatever hangs on the bus:
+/// half of it may pass until the burst is over.
 pub trait Bus: I2c {
     /// Hands over what the servos get at the next frame start.
     ///
@@ -40,7 +41,8 @@ pub trait Bus: I2c {
     /// How this frame's burst went.
     fn burst(&mut self) -> BurstState;
 
-    /// Clocks a stuck chip free and starts over; takes at most 0.3 ms.
+    /// Clocks a stuck chip free and starts over; takes 0.2 ms once the burst is
+    /// over.
     fn recover(&mut self);
 }
 

@@ -168,12 +168,6 @@ impl VirtualRobot {
         &self.supply
     }
 
-    /// How the servos read their pulses.
-    #[must_use]
-    pub fn pulse_scale(&self) -> PulseScale {
-        self.scale
-    }
-
     /// The truth, 60 samples a second, since the last call.
     pub fn take_truth(&mut self) -> Vec<Truth> {
         std::mem::take(&mut self.truth)

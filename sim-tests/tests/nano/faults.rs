@@ -54,6 +54,23 @@ fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them
 }
 
 #[test]
+fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
+    let (mut robot, mut client) = on_the_bench();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+
+    robot.nano_mut().brown_out();
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.1).unwrap();
+
+    let started = Message::Event(Event::Started(ResetCause::BrownOut));
+    assert!(client.heard().iter().any(|(_, message)| *message == started));
+    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert_eq!(status(&mut robot, &mut client).state, State::Idle);
+}
+
+#[test]
 fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
