@@ -20,8 +20,8 @@
 //! The deviation is limited to 64 degrees by [`MAX_DEVIATION_DEG`], which
 //! quantisation enforces. `tests/setpoint.rs` walks all 65,536 phases.
 //!
-//! Beyond 300 lines, because quantising, evaluating and encoding share the
-//! fields of one table, and nobody else may touch them.
+//! Longer than a file should be, because the units' integers are private to the
+//! arithmetic above, and the bytes to the table that they belong to.
 
 use crate::FRAME_RATE_HZ;
 use crate::crc::crc32;

@@ -9,6 +9,8 @@
 //! takes 10 bits instead of 11, the receiver holds 3 bytes instead of 64, and
 //! a START and an address take their time on the bus. What stays kinder:
 //! interrupts are entered in 0 cycles instead of 4, and a STOP takes none.
+//!
+//! Longer than a file should be: a bench has many knobs, each with its reason.
 
 mod run;
 #[cfg(test)]

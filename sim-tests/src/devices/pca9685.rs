@@ -3,7 +3,8 @@
 //! Owns the chip's registers, its free-running oscillator and the pulses on
 //! its pins. It knows nothing of the Nano: pulses go on through a reset of the
 //! master, as they do on the bench. Refuses external clocks, the 0xFF test
-//! register and the OE pin, none of which the robot wires.
+//! register and the OE pin, none of which the robot wires. One chip, one file:
+//! registers and pulses are of no use to each other apart.
 //!
 //! # Source
 //! NXP PCA9685 product data sheet, revision 4, sections 7.1 to 7.6.

@@ -8,6 +8,7 @@ mod support;
 
 use host::robot::Robot;
 use host::sim::World;
+use protocol::command::Storage;
 use protocol::{Command, Event, FRAME_RATE_HZ, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
@@ -57,7 +58,8 @@ fn another_protocol_version_is_refused_and_says_which_it_speaks() {
 fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
     let gait = fixtures::medley();
     let (mut robot, mut client) = on_the_bench();
-    client.upload(&mut robot, &gait.table(), amplitude(2.2), false).unwrap();
+    // Saved meanwhile, and asked for: the frames must not care.
+    client.upload(&mut robot, &gait.table(), amplitude(2.2), true).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
     client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
@@ -65,8 +67,12 @@ fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
     client.run_for(&mut robot, 0.05).unwrap();
     robot.take_bursts();
 
-    client.run_for(&mut robot, 2.0 * gait.period_s).unwrap();
+    for part in 0..40 {
+        client.ask(&mut robot, Command::ReadGait { offset: 64 * (part % 5) }).unwrap();
+        client.run_for(&mut robot, gait.period_s / 20.0).unwrap();
+    }
 
+    assert_eq!(status(&mut robot, &mut client).storage, Storage::Saved);
     let bursts = robot.take_bursts();
     let bursts = walking_bursts(&bursts);
     let frames_per_loop = gait.period_s * f64::from(FRAME_RATE_HZ);
