@@ -1,8 +1,11 @@
 //! Reset cause and watchdog.
 //!
-//! Owns MCUSR and WDTCSR, and one byte of memory that a reset does not clear,
-//! which says whether servos were on. Refuses to guess a cause: old
-//! bootloaders clear the flags before the program sees them.
+//! Owns MCUSR and WDTCSR, and a word of memory that a reset does not clear,
+//! which says whether servos were on. Refuses to guess a cause: bootloaders may
+//! clear the flags before the program sees them. A watchdog reset then reads as
+//! unknown: servos go off as after any reset, but no fault is latched. The
+//! bootloader of Nanos from before 2018 leaves the watchdog on and never gets
+//! as far as this program: the servos keep their last pulses until power-off.
 
 use avr_device::atmega328p::{CPU, WDT};
 use core::arch::{asm, global_asm};
