@@ -141,7 +141,9 @@ impl Collector {
         let mut rows = Vec::with_capacity(order.env_steps as usize * layout.row_len());
         let mut action = vec![0.0; layout.action_len];
         // Noise starts afresh every round, so that no round depends on another's.
-        let mut excitations = vec![Excitation::new(&order, layout.action_len, &mut rng); self.slots.len()];
+        // One for each environment: sharing them would gather the same swing eight times.
+        let mut excitations: Vec<_> =
+            self.slots.iter().map(|_| Excitation::new(&order, layout.action_len, &mut rng)).collect();
         let mut next = vec![0.0; layout.observation_len];
         for _ in 0..order.env_steps {
             let slot = &mut self.slots[self.turn];
@@ -287,5 +289,20 @@ mod tests {
 
         assert!((held(0.0) - 1.0).abs() < 0.01, "{}", held(0.0));
         assert!((held(0.95) - 20.0).abs() < 2.0, "{}", held(0.95));
+    }
+
+    #[test]
+    fn environments_do_not_share_their_noise() {
+        let make_env = || -> Box<dyn Env> { Box::new(Void) };
+        for policy in [None, still()] {
+            let mut collector = Collector::new(&make_env, LAYOUT, 4, 3);
+            let rows = collector
+                .gather(Order { round: 0, env_steps: 3, policy, noise: 0.2, correlation: 0.95 })
+                .unwrap();
+
+            let first: Vec<_> = rows.chunks(LAYOUT.row_len()).map(|row| row[LAYOUT.action()]).collect();
+
+            assert!(first[0] != first[1] && first[1] != first[2], "{first:?}");
+        }
     }
 }
