@@ -131,7 +131,7 @@ pub enum RobotError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The file is no robot description.
-    #[error("{path} is no robot description: {source}")]
+    #[error("{path} is no robot description")]
     Parse {
         /// Which file.
         path: PathBuf,

@@ -54,8 +54,9 @@ fn an_unknown_field_and_a_missing_file_are_named() {
     let text = ant().to_toml().replace("friction", "fricton");
     std::fs::write(&path, text).expect("written");
 
-    let error = Robot::load(&path).expect_err("misspelt").to_string();
-    assert!(error.contains("fricton") && error.contains("robot.toml"), "{error}");
+    let error = Robot::load(&path).expect_err("misspelt");
+    let cause = std::error::Error::source(&error).expect("TOML says where").to_string();
+    assert!(cause.contains("fricton") && error.to_string().contains("robot.toml"), "{error}: {cause}");
     let error = Robot::load(&folder.path().join("none.toml")).expect_err("missing").to_string();
     assert!(error.contains("none.toml"), "{error}");
 }

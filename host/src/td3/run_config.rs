@@ -23,7 +23,7 @@ pub enum ConfigError {
     #[error(transparent)]
     File(#[from] FileError),
     /// No TOML, an unknown name, or a value of another kind.
-    #[error("{path} is no training configuration: {source}")]
+    #[error("{path} is no training configuration")]
     Parse {
         /// Which file.
         path: PathBuf,
@@ -31,7 +31,7 @@ pub enum ConfigError {
         source: Box<toml::de::Error>,
     },
     /// A number out of its range.
-    #[error("{path}: {source}")]
+    #[error("{path} has a value that no run can work with")]
     Value {
         /// Which file.
         path: PathBuf,
@@ -249,8 +249,10 @@ mod tests {
             ("[env.reward]\nforward = inf", "env.reward.forward is inf"),
             ("leg_scale = 9.0", "leg_scale is 9"),
         ] {
-            let error = parse(text).unwrap_err().to_string();
+            let error = parse(text).unwrap_err();
 
+            let cause = std::error::Error::source(&error).map(ToString::to_string);
+            let error = format!("{error}: {}", cause.unwrap_or_default());
             assert!(error.contains(named) && error.contains("mine.toml"), "{error}");
         }
     }
