@@ -35,10 +35,12 @@ fn start_up_configures_both_chips() {
 fn losing_the_sensor_stops_the_robot_until_the_fault_is_cleared() {
     let mut robot = walking();
 
+    let fault = State::Fault(Fault::SensorLost);
     robot.board.chips.unplug(Chip::Ina219);
+    robot.run_until(fault);
+    assert!(has_limp_servos(&robot), "at once, not with the next burst");
     robot.run_frames(10);
 
-    let fault = State::Fault(Fault::SensorLost);
     assert_eq!(robot.state(), fault);
     assert!(has_limp_servos(&robot));
     assert!(robot.events().any(|event| event == Event::Fault(Fault::SensorLost)));

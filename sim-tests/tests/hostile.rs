@@ -32,8 +32,8 @@ fn send_raw(robot: &mut SimRobot, body: &[u8]) {
     robot.send(&framed);
 }
 
-/// The servo's own reach, 0.6 to 2.1 ms of 4.08 us counts.
-const REACH_COUNTS: std::ops::RangeInclusive<u16> = 147..=515;
+/// 330 counts at neutral and 5/3 a degree: no table's limits lie beyond 90 degrees.
+const REACH_COUNTS: std::ops::RangeInclusive<u16> = 330 - 150..=330 + 150;
 
 /// What no request whatever may change.
 fn assert_in_charge(robot: &mut SimRobot) {

@@ -1,6 +1,7 @@
 //! What the servos get, frame by frame.
 
-use protocol::{Amplitude, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Refusal, Reply, State};
+use firmware::limits::Calibration;
+use protocol::{Amplitude, Angle, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Joint, Refusal, Reply, State};
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::{Pulses, SimRobot};
 
@@ -247,6 +248,17 @@ fn joints_are_held_at_their_limits_and_the_frames_are_counted() {
         })
         .count();
     assert!(clipped.abs_diff(expected as u32) <= 2, "{clipped} frames clipped, {expected} expected");
+}
+
+/// Limits come with the gait; a servo's own end stops do not.
+#[test]
+fn no_angle_whatever_leaves_the_servos_reach() {
+    let calibration = Calibration::DEFAULT;
+
+    for units in i16::MIN..=i16::MAX {
+        let counts = calibration.counts(Joint::Knee4, Angle::from_units(units));
+        assert!((147..=515).contains(&counts), "{counts} counts at {units} / 256 degree");
+    }
 }
 
 #[test]
