@@ -81,6 +81,17 @@ impl Sample {
     pub const fn current_ua(self) -> i32 {
         self.shunt_counts as i32 * UA_PER_COUNT
     }
+
+    /// What leaves the battery, in products of a bus and a shunt count.
+    ///
+    /// The bus voltage is taken behind the shunt, whose own drop belongs to the
+    /// battery's energy as well: 6 % at 3 A. A bus count is 400 shunt counts;
+    /// 41/64 of 1/256 is 1/400 to a thousandth, without a division.
+    const fn power_products(self) -> i32 {
+        let shunt = self.shunt_counts as i32;
+        // 4,000 * 32,000 + 32,000 * 32,000 / 400 is below 2^28.
+        self.bus_counts as i32 * shunt + (((shunt * shunt) >> 8) * 41 >> 6)
+    }
 }
 
 fn chip<B: I2c>(bus: &mut B) -> SyncIna219<&mut B, UnCalibrated> {
@@ -149,8 +160,7 @@ impl Trial {
         self.frames = self.frames.saturating_add(1);
         self.clipped_frames = self.clipped_frames.saturating_add(u32::from(clipped));
         self.missed_samples = self.missed_samples.saturating_add(u16::from(missed));
-        // 4,000 counts * 32,000 counts is below 2^27.
-        let products = i32::from(sample.bus_counts) * i32::from(sample.shunt_counts) + self.remainder;
+        let products = sample.power_products() + self.remainder;
         let (energy_uj, remainder) = in_microjoules(products.unsigned_abs());
         // A servo that brakes may feed the supply; below zero there is nothing to give back.
         if products < 0 {

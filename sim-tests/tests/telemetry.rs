@@ -19,15 +19,24 @@ fn walk(robot: &mut SimRobot, frames: u32) -> Telemetry {
     robot.telemetry().last().unwrap()
 }
 
+/// Energy of `frames` at 5 V and 0.4 A: 1,250 by 4,000 counts, and 40,039 for
+/// the shunt's 40 mV, 150 products a microjoule.
+const fn energy_at_0_4_a_uj(frames: u64) -> u64 {
+    frames * (1_250 * 4_000 + 40_039) / 150
+}
+
+/// The sensor sees 5 V behind its 0.1 ohm: 5.04 V leave the battery at 0.4 A.
 #[test]
-fn energy_of_a_constant_load_is_exactly_power_times_time() {
+fn energy_of_a_constant_load_is_power_times_time_and_the_shunts_own_counts() {
     let mut robot = streaming();
-    // 1,250 counts of 4 mV and 4,000 counts of 100 uA: 2 W.
+    // 1,250 counts of 4 mV and 4,000 counts of 100 uA.
     robot.board.set_supply(5.0, 0.4);
 
     let sample = walk(&mut robot, 720);
 
-    assert_eq!(sample.trial_energy_uj, 24_000_000, "2 W for 12 s");
+    let expected_uj = 5.04 * 0.4 * 12.0 * 1e6;
+    let energy_uj = sample.trial_energy_uj as f64;
+    assert!((energy_uj / expected_uj - 1.0).abs() < 1e-5, "{energy_uj} of {expected_uj}");
     assert_eq!((sample.bus_mv, sample.current_ua), (5_000, 400_000));
     assert_eq!((sample.trial_frames, sample.missed_samples), (720, 0));
 }
@@ -58,7 +67,11 @@ fn energy_counts_gait_frames_only() {
     let after = robot.telemetry().last().unwrap();
 
     assert_eq!((entering.state, entering.trial_frames, entering.trial_energy_uj), (State::Entering, 0, 0));
-    assert_eq!((after.trial_frames, after.trial_energy_uj), (60, 2_000_000), "frozen with the last frame");
+    assert_eq!(
+        (after.trial_frames, after.trial_energy_uj),
+        (60, energy_at_0_4_a_uj(60)),
+        "frozen with the last frame"
+    );
     assert_eq!(after.current_ua, 1_000_000, "while the sensor is still read");
 }
 
@@ -70,7 +83,7 @@ fn a_second_trial_starts_from_zero() {
 
     let second = walk(&mut robot, 30);
 
-    assert_eq!((second.trial_frames, second.trial_energy_uj), (30, 1_000_000));
+    assert_eq!((second.trial_frames, second.trial_energy_uj), (30, energy_at_0_4_a_uj(30)));
 }
 
 #[test]
@@ -84,7 +97,7 @@ fn energy_follows_a_changing_load_to_within_a_sample() {
         let load_a = 0.1 + 0.1 * ((robot.board.frames() / 10) % 12) as f64;
         robot.board.set_supply(5.0, load_a);
         robot.run_frames(1);
-        expected_uj += 5.0 * load_a / 60.0 * 1e6;
+        expected_uj += (5.0 + 0.1 * load_a) * load_a / 60.0 * 1e6;
     }
     robot.run_frames(3);
 
@@ -110,7 +123,7 @@ fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
 
     let sample = robot.telemetry().last().unwrap();
     assert_eq!(sample.missed_samples, 3);
-    assert_eq!((sample.trial_frames, sample.trial_energy_uj), (120, 4_000_000));
+    assert_eq!((sample.trial_frames, sample.trial_energy_uj), (120, energy_at_0_4_a_uj(120)));
 }
 
 #[test]
@@ -166,7 +179,11 @@ fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
         // At once: frames of the walk before are still on their way to the servos.
         let sample = walk(&mut robot, 60);
 
-        assert_eq!((sample.trial_frames, sample.trial_energy_uj), (60, 2_000_000), "{stopped_after:?}");
+        assert_eq!(
+            (sample.trial_frames, sample.trial_energy_uj),
+            (60, energy_at_0_4_a_uj(60)),
+            "{stopped_after:?}"
+        );
     }
 }
 
