@@ -136,7 +136,7 @@ fn at(truth: &[Sample], time_s: f64) -> &Sample {
     &truth[truth.partition_point(|sample| sample.time_s < time_s).min(truth.len() - 1)]
 }
 
-/// Issue 2, "shown by": the authors' loop through the whole chain.
+/// The authors' loop through the whole chain.
 #[test]
 fn a_fitted_loop_uploaded_at_2_2_plays_within_half_a_count_and_0_05_degree_at_60_hertz() {
     let folder = tempfile::tempdir().unwrap();
@@ -187,7 +187,7 @@ fn a_fitted_loop_uploaded_at_2_2_plays_within_half_a_count_and_0_05_degree_at_60
     assert!(off_grid_us < 100.0);
 }
 
-/// Issue 2, "shown by": what the host reports against the battery.
+/// What the host reports against the battery.
 #[test]
 fn reported_energy_over_12_s_is_within_2_per_cent_of_the_batterys_true_integral() {
     let folder = tempfile::tempdir().unwrap();
