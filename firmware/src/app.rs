@@ -19,18 +19,17 @@ mod commands;
 
 use heapless::Deque;
 use protocol::command::{ActiveGait, Storage};
-use protocol::{Event, Fault, GaitTable, Message, Refusal, Reply, ResetCause, State, Telemetry};
+use protocol::{Event, Fault, GaitTable, Refusal, Reply, ResetCause, State, Telemetry};
 
 use crate::hal::{Board, Bus, FrameClock, Watchdog};
-use crate::limits::{CHECK_EVERY_FRAMES, Calibration};
-use crate::link::{self, Heard, Link};
+use crate::limits::Calibration;
+use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
 use crate::power::{Sample, Trial};
 use crate::servos;
 use crate::store::{Saved, Store};
 use crate::upload::Upload;
 use chips::BusWork;
-use commands::reply_of;
 
 /// What the board knows about its last reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,16 +56,16 @@ pub struct App {
     sample: Sample,
     telemetry_every: u8,
     reset_cause: ResetCause,
-    booting: bool,
+    booted: bool,
     events: Deque<Event, 4>,
     uptime_frames: u32,
     telemetry_in: u8,
     staged: Frame,
     live: Frame,
-    /// Whether the sample of the live frame has been counted.
-    counted: bool,
+    /// Whether the sample of the live frame is still to be counted.
+    uncounted: bool,
     bus_work: BusWork,
-    check_in: u8,
+    since_check: u8,
     servo_misses: u8,
     sensor_misses: u8,
 }
@@ -79,11 +78,14 @@ impl Default for App {
 
 impl App {
     /// A robot that has not started: call [`Self::boot`].
+    ///
+    /// All of it is zeros, and [`Self::boot`] sets what is not: as a static with
+    /// any other value, its 0.8 KB would lie in flash too.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             player: Player::new(),
-            calibration: Calibration::DEFAULT,
+            calibration: Calibration::NONE,
             gait: GaitTable::EMPTY,
             active: None,
             storage: Storage::RamOnly,
@@ -94,16 +96,16 @@ impl App {
             trial: Trial::NONE,
             sample: Sample::NONE,
             telemetry_every: 0,
-            reset_cause: ResetCause::Unknown,
-            booting: true,
+            reset_cause: ResetCause::PowerOn,
+            booted: false,
             events: Deque::new(),
             uptime_frames: 0,
             telemetry_in: 0,
             staged: Frame::LIMP,
             live: Frame::LIMP,
-            counted: true,
+            uncounted: false,
             bus_work: BusWork::Burst,
-            check_in: CHECK_EVERY_FRAMES,
+            since_check: 0,
             servo_misses: 0,
             sensor_misses: 0,
         }
@@ -116,10 +118,11 @@ impl App {
     #[inline(never)]
     pub fn boot(&mut self, board: &mut impl Board, boot: Boot) {
         self.reset_cause = boot.cause;
+        self.calibration.set_default();
         self.switch_off(board);
         let _ = self.configure_chips(board);
         self.load_gait(board);
-        self.booting = false;
+        self.booted = true;
         self.tell(Event::Started(boot.cause));
         if boot.cause == ResetCause::Watchdog && boot.servos_were_on {
             self.latch(board, Fault::Watchdog);
@@ -142,7 +145,7 @@ impl App {
     /// What the robot is doing.
     #[must_use]
     pub const fn state(&self) -> State {
-        if self.booting {
+        if !self.booted {
             return State::Booting;
         }
         if let Some(fault) = self.fault {
@@ -158,12 +161,12 @@ impl App {
 
     #[inline(never)]
     fn start_frame(&mut self, board: &mut impl Board, frames: u8) {
-        if !self.counted {
+        if self.uncounted {
             self.count(true);
         }
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
         self.live = self.staged;
-        self.counted = false;
+        self.uncounted = true;
         self.bus_work = BusWork::Burst;
         self.stream(board);
         self.staged = self.player.step(&self.gait);
@@ -172,11 +175,10 @@ impl App {
 
     /// Hands over the burst of the coming frame.
     fn stage(&mut self, board: &mut impl Board) {
-        let burst = if self.staged.servos_on {
-            servos::burst_of(self.player.pose(), &self.calibration)
-        } else {
-            servos::limp_burst()
-        };
+        let mut burst = servos::limp_burst();
+        if self.staged.servos_on {
+            servos::set_pulses(&mut burst, self.player.pose(), &self.calibration);
+        }
         board.bus().stage(&burst);
     }
 
@@ -211,7 +213,7 @@ impl App {
 
     /// Closes the live frame: its energy counts, with this sample or the last.
     fn count(&mut self, missed: bool) {
-        self.counted = true;
+        self.uncounted = false;
         if missed {
             self.sensor_misses = self.sensor_misses.saturating_add(1);
         } else {
@@ -253,12 +255,16 @@ impl App {
     fn listen(&mut self, board: &mut impl Board) {
         // One request a turn: the bus and the next frame are looked at between them.
         let Some(heard) = self.link.listen(board.serial()) else { return };
-        let (seq, reply) = match heard {
-            Heard::Command(seq, command) => (seq, self.obey(board, seq, &command)),
-            Heard::Repeat(seq, outcome) => (seq, reply_of(outcome)),
-            Heard::Unknown(seq) => (seq, Reply::Refused(Refusal::Unknown)),
+        let (seq, outcome) = match heard {
+            Heard::Command(seq, command) => {
+                let Some(outcome) = self.obey(board, seq, &command) else { return };
+                self.link.remember(outcome);
+                (seq, outcome)
+            }
+            Heard::Repeat(seq, outcome) => (seq, outcome),
+            Heard::Unknown(seq) => (seq, Err(Refusal::Unknown)),
         };
-        link::answer(board.serial(), seq, reply);
+        link::answer(board.serial(), seq, outcome.map_or_else(Reply::Refused, |()| Reply::Done));
     }
 
     fn tell(&mut self, event: Event) {

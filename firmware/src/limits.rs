@@ -49,27 +49,32 @@ pub struct Calibration {
     pub max_counts: u16,
 }
 
+impl JointCalibration {
+    const NONE: Self = Self { channel: 0, reversed: false, neutral_counts: 0, scale_q23: 0 };
+}
+
 /// 5/3 counts a degree, as the authors' servos: round(5 / 3 / 256 * 2^23).
 const FIVE_THIRDS_COUNT_PER_DEG: u16 = (5 * (1_u32 << 24) / (3 * 256)).div_ceil(2) as u16;
 
 impl Calibration {
+    /// No servo at all: zeros, which cost a start value no flash.
+    pub const NONE: Self =
+        Self { joints: [JointCalibration::NONE; JOINT_COUNT], min_counts: 0, max_counts: 0 };
+
     /// The authors' robot: joint n on channel n, 330 counts at neutral, 5/3
     /// counts a degree, and pulses held within 0.6 to 2.1 ms.
-    pub const DEFAULT: Self = {
-        let mut joints = [JointCalibration {
-            channel: 0,
-            reversed: false,
-            neutral_counts: 330,
-            scale_q23: FIVE_THIRDS_COUNT_PER_DEG,
-        }; JOINT_COUNT];
-        let mut index = 0;
-        while index < JOINT_COUNT {
-            joints[index].channel = index as u8;
-            index += 1;
+    pub fn set_default(&mut self) {
+        for (channel, joint) in (0..).zip(&mut self.joints) {
+            *joint = JointCalibration {
+                channel,
+                reversed: false,
+                neutral_counts: 330,
+                scale_q23: FIVE_THIRDS_COUNT_PER_DEG,
+            };
         }
         // 147 and 515 counts of 4.08 us.
-        Self { joints, min_counts: 147, max_counts: 515 }
-    };
+        (self.min_counts, self.max_counts) = (147, 515);
+    }
 
     /// Pulse of `joint` at `angle`, in PWM counts, to the nearest.
     #[must_use]

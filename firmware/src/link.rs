@@ -5,8 +5,11 @@
 //! a request while its answer could not be queued, and to send half a message:
 //! one that finds no room is dropped whole.
 
-use protocol::frame::{self, Decoder, MAX_FRAME_LEN};
-use protocol::{Command, Message, Refusal, Reply, crc::crc16, frame::Request};
+use protocol::command::MAX_CHUNK_LEN;
+use protocol::crc::crc16;
+use protocol::frame::{self, Decoder, FrameError, MAX_FRAME_LEN, Request};
+use protocol::{Refusal, Reply};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::hal::SerialRing;
 
@@ -14,7 +17,37 @@ use crate::hal::SerialRing;
 ///
 /// Only these follow from requests that change anything; questions are simply
 /// asked again, so no answer with a body is ever kept.
-type Outcome = Result<(), Refusal>;
+pub type Outcome = Result<(), Refusal>;
+
+/// A piece of a table that stands at the end of the frame heard last: copied
+/// into the command, its 64 bytes would lie on the stack several times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tail(u8);
+
+impl<'de> Deserialize<'de> for Tail {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let bytes = <&[u8]>::deserialize(deserializer)?;
+        if bytes.len() > MAX_CHUNK_LEN {
+            return Err(serde::de::Error::custom(""));
+        }
+        Ok(Self(bytes.len() as u8))
+    }
+}
+
+/// A piece of a table to be sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece<'a>(pub &'a [u8]);
+
+impl Serialize for Piece<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(self.0)
+    }
+}
+
+/// What the host asks for, its bytes still in the receive buffer.
+pub type Command = protocol::Command<Tail>;
+/// What the robot says.
+pub type Message<'a> = protocol::Message<Piece<'a>>;
 
 /// What a frame from the wire asks for.
 #[derive(Debug)]
@@ -31,9 +64,12 @@ pub enum Heard {
 #[derive(Debug)]
 pub struct Link {
     decoder: Decoder,
-    /// Number, checksum and outcome of the last request, if it changed something.
-    last: Option<(u8, u16, Outcome)>,
-    request_crc: u16,
+    /// Number, checksum and outcome of the last request.
+    last_seq: u8,
+    last_crc: u16,
+    last_outcome: Outcome,
+    /// Whether there is an outcome: it changed something.
+    remembers: bool,
     bad_frames: u16,
 }
 
@@ -47,7 +83,14 @@ impl Link {
     /// Nothing heard yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { decoder: Decoder::new(), last: None, request_crc: 0, bad_frames: 0 }
+        Self {
+            decoder: Decoder::new(),
+            last_seq: 0,
+            last_crc: 0,
+            last_outcome: Ok(()),
+            remembers: false,
+            bad_frames: 0,
+        }
     }
 
     /// Frames that failed their CRC or made no sense.
@@ -73,16 +116,15 @@ impl Link {
                 self.bad_frames = self.bad_frames.saturating_add(1);
                 continue;
             };
-            self.request_crc = crc16(body);
-            if let Some((last_seq, last_crc, outcome)) = self.last
-                && (last_seq, last_crc) == (seq, self.request_crc)
-            {
-                return Some(Heard::Repeat(seq, outcome));
+            let crc = crc16(body);
+            if self.remembers && self.last_seq == seq && self.last_crc == crc {
+                return Some(Heard::Repeat(seq, self.last_outcome));
             }
             // Whoever asks something else has had that answer. Kept, it would
             // swallow an equal request when the numbers have come round.
-            self.last = None;
-            return Some(match frame::parse::<Request>(body) {
+            self.remembers = false;
+            (self.last_seq, self.last_crc) = (seq, crc);
+            return Some(match frame::parse::<Request<Tail>>(body) {
                 Ok(request) => Heard::Command(request.seq, request.command),
                 Err(_) => {
                     self.bad_frames = self.bad_frames.saturating_add(1);
@@ -94,15 +136,23 @@ impl Link {
     }
 
     /// Notes the outcome of the request that [`Self::listen`] returned last.
-    pub const fn remember(&mut self, seq: u8, outcome: Outcome) {
-        self.last = Some((seq, self.request_crc, outcome));
+    pub const fn remember(&mut self, outcome: Outcome) {
+        self.last_outcome = outcome;
+        self.remembers = true;
+    }
+
+    /// The piece that came with the request that [`Self::listen`] returned last.
+    #[must_use]
+    pub fn piece(&self, tail: Tail) -> &[u8] {
+        let body = self.decoder.body();
+        body.get(body.len().wrapping_sub(usize::from(tail.0))..).unwrap_or(&[])
     }
 }
 
 /// Queues `message` whole, or not at all.
-pub fn send(serial: &mut impl SerialRing, message: &Message) -> bool {
+pub fn send(serial: &mut impl SerialRing, message: &Message<'_>) -> bool {
     let mut buffer = [0; MAX_FRAME_LEN];
-    let Ok(frame) = frame::encode(message, &mut buffer) else { return false };
+    let Ok(frame) = encode(message, &mut buffer) else { return false };
     let fits = serial.room() >= frame.len();
     if fits {
         for &byte in frame {
@@ -112,7 +162,14 @@ pub fn send(serial: &mut impl SerialRing, message: &Message) -> bool {
     fits
 }
 
+/// Apart from the buffer: next to it, everything else would be out of the
+/// stack pointer's short reach.
+#[inline(never)]
+fn encode<'b>(message: &Message<'_>, buffer: &'b mut [u8; MAX_FRAME_LEN]) -> Result<&'b [u8], FrameError> {
+    frame::encode(message, buffer)
+}
+
 /// Answers request `seq`.
-pub fn answer(serial: &mut impl SerialRing, seq: u8, reply: Reply) -> bool {
+pub fn answer(serial: &mut impl SerialRing, seq: u8, reply: Reply<Piece<'_>>) -> bool {
     send(serial, &Message::Reply { seq, reply })
 }

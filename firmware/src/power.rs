@@ -90,7 +90,7 @@ impl Sample {
     const fn power_products(self) -> i32 {
         let shunt = self.shunt_counts as i32;
         // 4,000 * 32,000 + 32,000 * 32,000 / 400 is below 2^28.
-        self.bus_counts as i32 * shunt + (((shunt * shunt) >> 8) * 41 >> 6)
+        self.bus_counts as i32 * shunt + ((((shunt * shunt) >> 8) * 41) >> 6)
     }
 }
 
@@ -157,8 +157,9 @@ impl Trial {
 
     /// Counts one gait frame with its sample.
     pub fn add(&mut self, sample: Sample, clipped: bool, missed: bool) {
-        self.frames = self.frames.saturating_add(1);
-        self.clipped_frames = self.clipped_frames.saturating_add(u32::from(clipped));
+        // Two years of frames: these may wrap, for the saturating kind takes 200 bytes more.
+        self.frames = self.frames.wrapping_add(1);
+        self.clipped_frames = self.clipped_frames.wrapping_add(u32::from(clipped));
         self.missed_samples = self.missed_samples.saturating_add(u16::from(missed));
         let products = sample.power_products() + self.remainder;
         let (energy_uj, remainder) = in_microjoules(products.unsigned_abs());
@@ -167,7 +168,7 @@ impl Trial {
             self.energy_uj = self.energy_uj.saturating_sub(u64::from(energy_uj));
             self.remainder = -remainder;
         } else {
-            self.energy_uj = self.energy_uj.saturating_add(u64::from(energy_uj));
+            self.energy_uj = self.energy_uj.wrapping_add(u64::from(energy_uj));
             self.remainder = remainder;
         }
     }

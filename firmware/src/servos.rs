@@ -89,10 +89,8 @@ fn read(bus: &mut impl I2c, register: u8) -> Result<u8, ServoFault> {
     Ok(value[0])
 }
 
-/// The burst that gives each joint its pulse.
-#[must_use]
-pub fn burst_of(pose: &[Angle; JOINT_COUNT], calibration: &Calibration) -> ServoBurst {
-    let mut burst = limp_burst();
+/// Gives each joint its pulse in a burst that starts as [`limp_burst`].
+pub fn set_pulses(burst: &mut ServoBurst, pose: &[Angle; JOINT_COUNT], calibration: &Calibration) {
     for joint in Joint::ALL {
         let channel = calibration.joints[joint.index()].channel as usize;
         let counts = calibration.counts(joint, pose[joint.index()]);
@@ -102,7 +100,6 @@ pub fn burst_of(pose: &[Angle; JOINT_COUNT], calibration: &Calibration) -> Servo
             (*on_low, *on_high, *off_low, *off_high) = (0, 0, low, high);
         }
     }
-    burst
 }
 
 /// The burst that takes the pulses from all eight outputs.

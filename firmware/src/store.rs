@@ -66,9 +66,11 @@ struct Save {
     step: Step,
 }
 
+// From 1, so that no save is all zeros: a start value that takes no flash.
 #[derive(Debug, Clone, Copy)]
+#[repr(u8)]
 enum Step {
-    Void,
+    Void = 1,
     Body(u16),
     Verify,
     Mark,

@@ -13,8 +13,11 @@ use serde::{Deserialize, Serialize};
 pub const MAX_CHUNK_LEN: usize = 64;
 
 /// What the host asks for.
+///
+/// `D` is what holds a piece of a table; a robot that has the piece in its
+/// receive buffer already takes a type that only says where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Command {
+pub enum Command<D = Chunk> {
     /// Who are you? Always the first command; encoding frozen.
     Hello {
         /// The host's [`crate::PROTOCOL_VERSION`].
@@ -32,7 +35,7 @@ pub enum Command {
         /// Where the piece starts.
         offset: u16,
         /// The piece.
-        data: Chunk,
+        data: D,
     },
     /// All pieces are there: verify, make the gait active, or change nothing.
     UploadCommit {
@@ -123,9 +126,9 @@ impl<'de> Deserialize<'de> for Chunk {
     }
 }
 
-/// The robot's answer to one command.
+/// The robot's answer to one command; `D` holds a piece of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Reply {
+pub enum Reply<D = Chunk> {
     /// To [`Command::Hello`] of the same protocol version.
     Hello(HelloReply),
     /// Not done, and nothing changed. Second place: encoding frozen with it.
@@ -135,7 +138,7 @@ pub enum Reply {
     /// To [`Command::Status`].
     Status(Status),
     /// To [`Command::ReadGait`]; empty past the end of the table.
-    GaitChunk(Chunk),
+    GaitChunk(D),
 }
 
 /// Who the robot is.
@@ -206,13 +209,16 @@ pub enum Storage {
 }
 
 /// Why a command was refused.
+// The tag starts at 1, in memory, not on the wire: no refusal is then the 0 of
+// a robot that starts, and its start value costs it no flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
 pub enum Refusal {
     /// Another protocol version; encoding frozen.
     ProtocolVersion {
         /// The robot's [`crate::PROTOCOL_VERSION`].
         robot: u8,
-    },
+    } = 1,
     /// The frame was intact but holds no command of this version.
     Unknown,
     /// A length or an offset is beyond the announced table, or a chunk came first.

@@ -1,17 +1,17 @@
 //! Robot to host: answers, telemetry, events.
 
-use crate::command::Reply;
+use crate::command::{Chunk, Reply};
 use serde::{Deserialize, Serialize};
 
-/// Everything a robot may send.
+/// Everything a robot may send; `D` holds a piece of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Message {
+pub enum Message<D = Chunk> {
     /// The answer to the command with sequence number `seq`. Encoding frozen.
     Reply {
         /// The command's sequence number.
         seq: u8,
         /// The answer.
-        reply: Reply,
+        reply: Reply<D>,
     },
     /// One sample of the stream.
     Telemetry(Telemetry),
@@ -40,7 +40,8 @@ pub enum State {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
     /// The PCA9685 does not answer, or the bus is stuck.
-    ServoDriverLost,
+    // In memory, not on the wire: no fault is then the 0 of a robot that starts.
+    ServoDriverLost = 1,
     /// The INA219 does not answer, or lost its configuration.
     SensorLost,
     /// The program hung and the watchdog reset it while servos were on.

@@ -52,10 +52,11 @@ impl App {
         }
         if self.bus_work == BusWork::Sample {
             self.take_sample(board);
-            self.check_in = self.check_in.saturating_sub(1);
-            self.bus_work = if self.check_in == 0 { BusWork::Check } else { BusWork::Rest };
+            self.since_check = self.since_check.saturating_add(1);
+            let is_time = self.since_check >= CHECK_EVERY_FRAMES;
+            self.bus_work = if is_time { BusWork::Check } else { BusWork::Rest };
         } else {
-            self.check_in = CHECK_EVERY_FRAMES;
+            self.since_check = 0;
             self.bus_work = BusWork::Rest;
             self.check_chips(board);
         }

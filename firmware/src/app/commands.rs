@@ -3,17 +3,16 @@
 //! Owns the decisions: who may do what when, and what the refusal is. Changes
 //! nothing before everything has been checked.
 
-use postcard::ser_flavors::Flavor;
 use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Storage};
 use protocol::gait::MAX_ENCODED_LEN;
 use protocol::{
-    Amplitude, Chunk, Command, FRAME_RATE_HZ, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal,
-    Reply, Status,
+    Amplitude, FRAME_RATE_HZ, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal, Reply, Status,
 };
 
 use super::App;
 use crate::FIRMWARE_VERSION;
 use crate::hal::Board;
+use crate::link::{self, Command, Outcome, Piece};
 use crate::player::Mode;
 use crate::power::Trial;
 
@@ -26,14 +25,26 @@ const LIMITS: Limits = Limits {
 };
 
 impl App {
-    /// Carries out one command, and answers it.
-    pub(super) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Reply {
-        let outcome = match *command {
-            Command::Hello { protocol_version } => return self.hello(protocol_version),
-            Command::Status => return Reply::Status(self.status()),
-            Command::ReadGait { offset } => return self.read_gait(offset),
+    /// Answers a question, or carries out a command and returns its outcome.
+    #[inline(never)]
+    pub(super) fn obey(&mut self, board: &mut impl Board, seq: u8, command: &Command) -> Option<Outcome> {
+        Some(match *command {
+            Command::Hello { protocol_version: PROTOCOL_VERSION } => {
+                self.say_hello(board, seq);
+                return None;
+            }
+            Command::Status => {
+                self.tell_status(board, seq);
+                return None;
+            }
+            Command::ReadGait { offset } if self.active.is_some() => {
+                self.read_gait(board, seq, offset);
+                return None;
+            }
+            Command::Hello { .. } => Err(Refusal::ProtocolVersion { robot: PROTOCOL_VERSION }),
+            Command::ReadGait { .. } => Err(Refusal::NoGait),
             Command::UploadBegin { len } => self.begin_upload(len),
-            Command::UploadChunk { offset, ref data } => self.upload.take(offset, data.as_slice()),
+            Command::UploadChunk { offset, data } => self.upload.take(offset, self.link.piece(data)),
             Command::UploadCommit { amplitude, persist } => self.commit_upload(amplitude, persist),
             Command::Walk { amplitude, frames } => self.walk(board, amplitude, frames),
             Command::Stop => {
@@ -46,45 +57,43 @@ impl App {
                 Ok(())
             }
             Command::ClearFault => self.clear_fault(board),
-        };
-        self.link.remember(seq, outcome);
-        reply_of(outcome)
+        })
     }
 
-    fn hello(&self, protocol_version: u8) -> Reply {
-        if protocol_version != PROTOCOL_VERSION {
-            return Reply::Refused(Refusal::ProtocolVersion { robot: PROTOCOL_VERSION });
-        }
-        Reply::Hello(HelloReply {
+    #[inline(never)]
+    fn say_hello(&self, board: &mut impl Board, seq: u8) {
+        let hello = HelloReply {
             protocol_version: PROTOCOL_VERSION,
             firmware_version: FIRMWARE_VERSION,
             limits: LIMITS,
             reset_cause: self.reset_cause,
-        })
+        };
+        link::answer(board.serial(), seq, Reply::Hello(hello));
     }
 
-    fn status(&self) -> Status {
-        Status {
+    #[inline(never)]
+    fn tell_status(&self, board: &mut impl Board, seq: u8) {
+        let status = Status {
             state: self.state(),
             gait: self.active,
             storage: self.storage,
             bus_mv: self.sample.bus_mv(),
             bad_frames: self.link.bad_frames(),
-        }
+        };
+        link::answer(board.serial(), seq, Reply::Status(status));
     }
 
+    /// Streams the active gait through the part of it that one answer holds: a
+    /// second buffer for all of it would take 256 bytes.
     #[inline(never)]
-    fn read_gait(&self, offset: u16) -> Reply {
-        let Some(active) = self.active else { return Reply::Refused(Refusal::NoGait) };
-        let window = Window { skip: offset, bytes: heapless::Vec::new() };
-        let Ok(mut window) = postcard::serialize_with_flavor::<GaitTable, Window, Window>(&self.gait, window)
-        else {
-            return Reply::Refused(Refusal::NoGait);
-        };
-        for byte in active.crc32.to_le_bytes() {
+    fn read_gait(&self, board: &mut impl Board, seq: u8, offset: u16) {
+        let mut window = Window { skip: offset, bytes: heapless::Vec::new() };
+        self.gait.for_each_byte(|byte| window.take(byte));
+        let crc32 = self.active.map_or(0, |active| active.crc32);
+        for byte in crc32.to_le_bytes() {
             window.take(byte);
         }
-        Reply::GaitChunk(Chunk::of(&window.bytes))
+        link::answer(board.serial(), seq, Reply::GaitChunk(Piece(&window.bytes)));
     }
 
     fn begin_upload(&mut self, len: u16) -> Result<(), Refusal> {
@@ -160,22 +169,15 @@ impl App {
     }
 }
 
-/// The answer to a command that changes something.
-pub(super) const fn reply_of(outcome: Result<(), Refusal>) -> Reply {
-    match outcome {
-        Ok(()) => Reply::Done,
-        Err(refusal) => Reply::Refused(refusal),
-    }
-}
-
-/// The part of an encoding that one answer holds: streaming the active gait
-/// through it needs no second buffer of 256 bytes.
+/// The part of an encoding that one answer holds.
 struct Window {
     skip: u16,
     bytes: heapless::Vec<u8, MAX_CHUNK_LEN>,
 }
 
 impl Window {
+    // Called from a dozen places.
+    #[inline(never)]
     fn take(&mut self, byte: u8) {
         if self.skip > 0 {
             self.skip -= 1;
@@ -183,18 +185,5 @@ impl Window {
             // Full: the rest is for the next question.
             let _ = self.bytes.push(byte);
         }
-    }
-}
-
-impl Flavor for Window {
-    type Output = Self;
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.take(byte);
-        Ok(())
-    }
-
-    fn finalize(self) -> postcard::Result<Self> {
-        Ok(self)
     }
 }
