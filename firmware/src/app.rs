@@ -19,7 +19,7 @@ mod commands;
 
 use heapless::Deque;
 use protocol::command::{ActiveGait, Storage};
-use protocol::{Event, Fault, GaitTable, Refusal, Reply, ResetCause, State, Telemetry};
+use protocol::{Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Refusal, Reply, ResetCause, State, Telemetry};
 
 use crate::hal::{Board, Bus, FrameClock, Watchdog};
 use crate::limits::Calibration;
@@ -51,6 +51,10 @@ pub struct App {
     store: Store,
     upload: Upload,
     link: Link,
+    /// Frames since the last command.
+    silent_frames: u8,
+    /// Whether the walk goes on without them.
+    detached: bool,
     fault: Option<Fault>,
     trial: Trial,
     sample: Sample,
@@ -92,6 +96,8 @@ impl App {
             store: Store::new(),
             upload: Upload::new(),
             link: Link::new(),
+            silent_frames: 0,
+            detached: false,
             fault: None,
             trial: Trial::NONE,
             sample: Sample::NONE,
@@ -169,8 +175,19 @@ impl App {
         self.uncounted = true;
         self.bus_work = BusWork::Burst;
         self.stream(board);
+        self.depend_on_link(frames);
         self.staged = self.player.step(&self.gait);
         self.stage(board);
+    }
+
+    /// Stops an attached walk that nobody has asked about for too long.
+    fn depend_on_link(&mut self, frames: u8) {
+        self.silent_frames = self.silent_frames.saturating_add(frames);
+        let is_walking = matches!(self.player.mode(), Mode::Entering | Mode::Walking);
+        if is_walking && !self.detached && self.silent_frames >= LINK_TIMEOUT_FRAMES {
+            self.player.stop();
+            self.tell(Event::LinkLost);
+        }
     }
 
     /// Hands over the burst of the coming frame.
@@ -255,6 +272,9 @@ impl App {
     fn listen(&mut self, board: &mut impl Board) {
         // One request a turn: the bus and the next frame are looked at between them.
         let Some(heard) = self.link.listen(board.serial()) else { return };
+        if !matches!(heard, Heard::Unknown(_)) {
+            self.silent_frames = 0;
+        }
         let (seq, outcome) = match heard {
             Heard::Command(seq, command) => {
                 let Some(outcome) = self.obey(board, seq, &command) else { return };

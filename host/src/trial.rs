@@ -1,15 +1,17 @@
 //! Walks one trial and keeps everything the robot said meanwhile.
 //!
 //! A trial is exactly the gait frames after the slow entry. Owns the wait for
-//! its end, the telemetry and the two clocks ([`clock`]); [`table`] keeps the
-//! results. Energy and frames come from the robot's own counters, so lost
+//! its end, the telemetry and the two clocks ([`clock`]), and keeps the robot
+//! walking, which without a host stops after a second; [`table`] keeps the results. Energy and frames come from the robot's own counters, so lost
 //! telemetry costs nothing. Refuses to call a trial whole that was not.
 
 pub mod clock;
 pub mod table;
 
 use crate::link::{Heard, Link, LinkError, words};
-use protocol::{Amplitude, Command, Event, FRAME_RATE_HZ, Fault, Message, State, Telemetry};
+use protocol::{
+    Amplitude, Command, Event, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, State, Telemetry,
+};
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, UNIX_EPOCH};
@@ -19,6 +21,9 @@ use thiserror::Error;
 const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
 /// Without telemetry for this long the robot is asked how it is.
 const SILENCE: Duration = Duration::from_secs(2);
+/// A robot stops by itself after [`protocol::LINK_TIMEOUT_FRAMES`] without a
+/// command, 1 s: three of four may get lost.
+const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
 /// An order to stop, or to leave a fault, is carried out within a frame or two.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 /// How often the user's wish to stop is looked at.
@@ -50,6 +55,12 @@ pub enum TrialStop {
         /// Gait frames asked for.
         asked: u32,
     },
+    /// The robot heard no command for too long.
+    #[error(
+        "the robot heard nothing from this computer for {} s and stopped",
+        f64::from(LINK_TIMEOUT_FRAMES) / f64::from(FRAME_RATE_HZ)
+    )]
+    LinkLost,
     /// The robot does not get into its first pose.
     #[error("the robot has not reached its first pose after {} s", ENTRY_TIMEOUT.as_secs())]
     Entry,
@@ -158,12 +169,12 @@ pub fn walk<P: Read + Write>(
     // Telemetry of before the walk tells of the trial before: none may be under way.
     link.order(Command::StreamTelemetry { every_frames: 0 })?;
     while link.next_unasked(Instant::now())?.is_some() {}
-    link.order(Command::Walk { amplitude, frames: Some(frames) })?;
+    link.order(Command::Walk { amplitude, frames: Some(frames), detached: false })?;
     link.order(Command::StreamTelemetry { every_frames: 1 })?;
     let mut trial = Trial { asked_frames: frames, samples: Vec::new(), stop: None };
     trial.stop = follow(link, &mut trial.samples, frames, stop, &mut progress).err();
     if matches!(trial.stop, Some(TrialStop::Interrupted | TrialStop::Entry | TrialStop::Stuck { .. })) {
-        // A robot that cannot be reached any more stops by itself after its frames.
+        // A robot that cannot be reached any more stops by itself, for want of heartbeats.
         let _ = link.order(Command::Stop);
     }
     let _ = link.order(Command::StreamTelemetry { every_frames: 0 });
@@ -182,6 +193,7 @@ fn follow<P: Read + Write>(
     let walk_timeout = Duration::from_secs_f64(1.5 * f64::from(frames) / f64::from(FRAME_RATE_HZ) + 5.0);
     let mut walking_since = None;
     let mut last_heard = begin;
+    let mut last_asked = begin;
     loop {
         if stop.load(Ordering::Relaxed) {
             return Err(TrialStop::Interrupted);
@@ -200,10 +212,15 @@ fn follow<P: Read + Write>(
             link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)?;
             last_heard = Instant::now();
         }
+        if last_asked.elapsed() >= HEARTBEAT_EVERY {
+            last_asked = Instant::now();
+            link.status().map_err(broken)?;
+        }
         let Some(heard) = link.next_unasked(Instant::now() + LOOK_EVERY).map_err(broken)? else { continue };
         last_heard = Instant::now();
         match heard.message {
             Message::Event(Event::Fault(fault)) => return Err(TrialStop::Fault { fault }),
+            Message::Event(Event::LinkLost) => return Err(TrialStop::LinkLost),
             Message::Telemetry(telemetry) => {
                 samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
                 progress(telemetry.state, telemetry.trial_frames);

@@ -49,11 +49,10 @@ impl Setting {
         self.host(&["upload-gait", "--amp", "2.2", "--gait", "gait.toml", "--json"])
     }
 
-    /// A trial of 0.5 s.
+    /// A trial, of 0.5 s if not said otherwise.
     fn measure(&self, more: &[&str]) -> Command {
-        self.host(
-            &[&["measure", "--duration", "0.5", "--mass-kg", "1", "--out", ".", "--json"], more].concat(),
-        )
+        let duration: &[&str] = if more.contains(&"--duration") { &[] } else { &["--duration", "0.5"] };
+        self.host(&[&["measure", "--mass-kg", "1", "--out", ".", "--json"], duration, more].concat())
     }
 
     fn active_gait(&self) -> String {
@@ -117,12 +116,12 @@ fn lost_and_corrupt_bytes_are_survived() {
 
 #[test]
 fn another_protocol_version_is_refused_with_both_versions() {
-    let setting = Setting::new(Troubles { protocol_version: Some(2), ..Default::default() });
+    let setting = Setting::new(Troubles { protocol_version: Some(3), ..Default::default() });
 
     let message = fails(&mut setting.upload(), 5);
 
     assert_eq!(setting.active_gait(), "old");
-    assert!(message.contains("speaks protocol version 2, this program version 1"), "{message}");
+    assert!(message.contains("speaks protocol version 3, this program version 2"), "{message}");
     assert!(message.contains("update this program"), "{message}");
 }
 
@@ -162,6 +161,16 @@ fn a_trial_is_measured_and_noted() {
     assert_eq!(setting.trials().len(), 1);
     let telemetry = std::fs::read_to_string(setting.folder.path().join("telemetry-1.csv")).unwrap();
     assert!(telemetry.lines().count() > 30, "{telemetry}");
+}
+
+/// Twice the time after which the robot would stop.
+#[test]
+fn a_trial_longer_than_the_robots_patience_is_kept_alive_to_its_end() {
+    let setting = Setting::new(Troubles { depends_on_host: true, ..Default::default() });
+
+    let result = json(&mut setting.measure(&["--duration", "2", "--distance", "0.1"]));
+
+    assert_eq!(result["frames_played"], 120);
 }
 
 #[test]

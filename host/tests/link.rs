@@ -80,7 +80,7 @@ fn another_protocol_version_is_named_and_nothing_else_is_sent() {
     let error = connect(&mut robot).unwrap_err();
 
     assert!(matches!(error, LinkError::ProtocolVersion { robot: 9, .. }), "{error}");
-    assert!(error.to_string().contains("speaks protocol version 9, this program version 1"), "{error}");
+    assert!(error.to_string().contains("speaks protocol version 9, this program version 2"), "{error}");
     assert!(robot.done.iter().all(|command| matches!(command, Command::Hello { .. })), "{:?}", robot.done);
 }
 
@@ -240,6 +240,17 @@ fn a_fault_in_mid_walk_ends_the_trial_with_its_name() {
 
     assert!(matches!(trial.stop, Some(TrialStop::Fault { fault: Fault::SensorLost })), "{:?}", trial.stop);
     assert!(trial.frames() < 120);
+}
+
+#[test]
+fn a_robot_that_missed_its_host_ends_the_trial_with_the_reason() {
+    // Its time runs faster than ours here: 60 frames pass between two heartbeats.
+    let troubles = Troubles { depends_on_host: true, ..Default::default() };
+    let mut robot = FakeRobot::with_gait(troubles, &table("walk"), 2.2);
+
+    let trial = walk(&mut robot);
+
+    assert!(matches!(trial.stop, Some(TrialStop::LinkLost)), "{:?}", trial.stop);
 }
 
 #[test]

@@ -50,11 +50,17 @@ pub enum Command<D = Chunk> {
         offset: u16,
     },
     /// Enter the gait slowly, then walk.
+    ///
+    /// Attached, the robot depends on its host: it stops when it has heard no
+    /// command for [`crate::LINK_TIMEOUT_FRAMES`]. Any command will do; repeats
+    /// count, damaged frames do not.
     Walk {
         /// `None` walks with the stored amplitude.
         amplitude: Option<Amplitude>,
         /// Gait frames to walk before stopping by itself; `None` until [`Self::Stop`].
         frames: Option<u32>,
+        /// Whether it walks on without a host.
+        detached: bool,
     },
     /// Stop walking, hold for a moment, then let the servos go limp.
     Stop,

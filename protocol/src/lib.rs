@@ -25,7 +25,10 @@ pub use telemetry::{Event, Fault, Message, ResetCause, State, Telemetry};
 ///
 /// [`Command::Hello`] and [`Refusal::ProtocolVersion`] keep their encoding in
 /// every version, so that two strangers can at least say why they part.
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;
 
 /// Gait frames a second: one setpoint per joint and one energy sample each.
 pub const FRAME_RATE_HZ: u32 = 60;
+
+/// Frames without a command after which an attached walk stops: 1 s.
+pub const LINK_TIMEOUT_FRAMES: u8 = 60;

@@ -99,4 +99,6 @@ pub enum Event {
     Fault(Fault),
     /// Played the frames it was asked for.
     WalkFinished,
+    /// Stopped an attached walk because no command came any more.
+    LinkLost,
 }

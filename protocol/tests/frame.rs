@@ -56,8 +56,11 @@ fn any_request() -> impl Strategy<Value = Request> {
         Just(Command::Stop),
         (any::<u16>(), prop::collection::vec(any::<u8>(), 0..=64))
             .prop_map(|(offset, data)| Command::UploadChunk { offset, data: Chunk::of(&data) }),
-        (prop::option::of(any::<u32>()))
-            .prop_map(|frames| Command::Walk { amplitude: Some(Amplitude::ONE), frames }),
+        (prop::option::of(any::<u32>())).prop_map(|frames| Command::Walk {
+            amplitude: Some(Amplitude::ONE),
+            frames,
+            detached: false
+        }),
     ];
     (any::<u8>(), command).prop_map(|(seq, command)| Request { seq, command })
 }

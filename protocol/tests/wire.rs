@@ -36,14 +36,17 @@ fn amplitude(value: f64) -> Amplitude {
 
 #[test]
 fn commands_keep_their_bytes() {
-    command(Command::Hello { protocol_version: 1 }, "2a0001");
+    command(Command::Hello { protocol_version: 2 }, "2a0002");
     command(Command::Status, "2a01");
     command(Command::UploadBegin { len: 251 }, "2a02fb01");
     command(Command::UploadChunk { offset: 64, data: Chunk::of(&[1, 0, 2]) }, "2a034003010002");
     command(Command::UploadCommit { amplitude: amplitude(2.2), persist: true }, "2a04e68c0101");
     command(Command::ReadGait { offset: 192 }, "2a05c001");
-    command(Command::Walk { amplitude: None, frames: Some(720) }, "2a060001d005");
-    command(Command::Walk { amplitude: Some(Amplitude::MAX), frames: None }, "2a060180c00100");
+    command(Command::Walk { amplitude: None, frames: Some(720), detached: true }, "2a060001d00501");
+    command(
+        Command::Walk { amplitude: Some(Amplitude::MAX), frames: None, detached: false },
+        "2a060180c0010000",
+    );
     command(Command::Stop, "2a07");
     command(Command::SetAmplitude(Amplitude::ONE), "2a088040");
     command(Command::StreamTelemetry { every_frames: 1 }, "2a0901");
@@ -60,13 +63,13 @@ fn replies_keep_their_bytes() {
         max_amplitude: Amplitude::MAX,
     };
     let hello = HelloReply {
-        protocol_version: 1,
+        protocol_version: 2,
         firmware_version: [0, 1, 0],
         limits,
         reset_cause: ResetCause::External,
     };
-    reply(Reply::Hello(hello), "002a00010001003c800240802080c00101");
-    reply(Reply::Refused(Refusal::ProtocolVersion { robot: 1 }), "002a010001");
+    reply(Reply::Hello(hello), "002a00020001003c800240802080c00101");
+    reply(Reply::Refused(Refusal::ProtocolVersion { robot: 2 }), "002a010002");
     reply(Reply::Done, "002a02");
     let gait = ActiveGait {
         name: Name::new("walk").expect("a name"),
@@ -132,11 +135,12 @@ fn telemetry_and_events_keep_their_bytes() {
     golden::<Message>(&Message::Event(Event::Started(ResetCause::Watchdog)), "020003");
     golden::<Message>(&Message::Event(Event::Fault(Fault::ServoDriverLost)), "020100");
     golden::<Message>(&Message::Event(Event::WalkFinished), "0202");
+    golden::<Message>(&Message::Event(Event::LinkLost), "0203");
 }
 
 #[test]
 fn the_frame_around_a_command_keeps_its_bytes() {
-    let request: Request = Request { seq: 0, command: Command::Hello { protocol_version: 1 } };
+    let request: Request = Request { seq: 0, command: Command::Hello { protocol_version: 2 } };
 
     let frame: String =
         encode(&request, &mut [0; MAX_FRAME_LEN]).expect("fits").iter().map(|b| format!("{b:02x}")).collect();

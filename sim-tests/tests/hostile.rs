@@ -88,7 +88,11 @@ fn any_amplitude() -> impl Strategy<Value = Amplitude> {
 fn any_command() -> impl Strategy<Value = Command> {
     prop_oneof![
         (any::<Option<u8>>(), prop::option::of(any_amplitude())).prop_map(|(frames, amplitude)| {
-            Command::Walk { amplitude, frames: frames.map(|f| if f == 255 { u32::MAX } else { f.into() }) }
+            Command::Walk {
+                amplitude,
+                frames: frames.map(|f| if f == 255 { u32::MAX } else { f.into() }),
+                detached: frames.is_none_or(|f| f % 2 == 0),
+            }
         }),
         Just(Command::Stop),
         any_amplitude().prop_map(Command::SetAmplitude),

@@ -1,7 +1,7 @@
 //! Frames, numbers and repeats on a line that loses and garbles.
 
 use proptest::prelude::*;
-use protocol::{Command, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
+use protocol::{Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -9,7 +9,7 @@ use sim_tests::sim_robot::SimRobot;
 fn a_repeated_command_is_answered_again_and_not_carried_out_twice() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    let walk = robot.framed(Command::Walk { amplitude: None, frames: None });
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true });
 
     robot.send(&walk);
     let first = robot.answer();
@@ -23,7 +23,7 @@ fn a_repeated_command_is_answered_again_and_not_carried_out_twice() {
 #[test]
 fn a_refusal_is_repeated_too() {
     let mut robot = SimRobot::new();
-    let walk = robot.framed(Command::Walk { amplitude: None, frames: None });
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true });
     robot.send(&walk);
     let refused = robot.answer();
 
@@ -39,7 +39,7 @@ fn a_refusal_is_repeated_too() {
 fn a_command_whose_number_comes_round_again_is_carried_out() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    let walk = Command::Walk { amplitude: None, frames: Some(1) };
+    let walk = Command::Walk { amplitude: None, frames: Some(1), detached: true };
     robot.expect_done(walk);
     robot.run_until(State::Idle);
     for _ in 0..255 {
@@ -90,6 +90,118 @@ fn an_intact_frame_without_meaning_is_refused_by_its_number() {
     robot.send(&frame);
 
     assert_eq!(robot.answer(), Reply::Refused(Refusal::Unknown));
+}
+
+const ATTACHED: Command = Command::Walk { amplitude: None, frames: None, detached: false };
+/// The protocol's second, and two frames on top.
+const LINK_LOST_FRAMES: u64 = 62;
+
+fn walking_attached() -> SimRobot {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(0.5), false);
+    robot.expect_done(ATTACHED);
+    while robot.state() != State::Walking {
+        robot.status();
+    }
+    robot
+}
+
+fn link_losses(robot: &SimRobot) -> usize {
+    robot.events().filter(|event| *event == Event::LinkLost).count()
+}
+
+#[test]
+fn a_cable_pulled_in_mid_walk_stops_the_robot_within_a_second_and_leaves_it_limp() {
+    let mut robot = walking_attached();
+    robot.status();
+
+    robot.run_frames(LINK_LOST_FRAMES);
+    let stopped = robot.state();
+    robot.run_until(State::Idle);
+
+    assert_eq!(stopped, State::Holding);
+    robot.run_frames(2);
+    assert!(!robot.board.chips.pca9685.drives_any());
+    assert_eq!(link_losses(&robot), 1);
+    robot.expect_done(ATTACHED);
+}
+
+#[test]
+fn a_cable_pulled_during_the_entry_stops_the_robot_too() {
+    // 70 degrees at one degree a frame.
+    let far = fixtures::Gait { centre_deg: [70.0; 8], limit_deg: 90.0, ..fixtures::trot() };
+    let mut robot = SimRobot::new();
+    robot.upload(&far, amplitude(0.5), false);
+    robot.expect_done(ATTACHED);
+
+    robot.run_frames(LINK_LOST_FRAMES - 7);
+    let before = robot.state();
+    robot.run_frames(7);
+
+    assert_eq!(before, State::Entering);
+    assert_eq!(robot.state(), State::Holding);
+    assert_eq!(link_losses(&robot), 1);
+}
+
+#[test]
+fn a_heartbeat_every_quarter_of_a_second_keeps_the_robot_walking() {
+    let mut robot = walking_attached();
+
+    for _ in 0..80 {
+        robot.run_frames(15);
+        robot.status();
+    }
+
+    assert_eq!(robot.state(), State::Walking);
+    assert_eq!(link_losses(&robot), 0);
+}
+
+#[test]
+fn a_detached_walk_goes_on_to_its_frames_without_a_host() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
+    robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true });
+
+    robot.run_until(State::Idle);
+    robot.run_frames(2);
+
+    assert_eq!(robot.telemetry().last().unwrap().trial_frames, 300);
+    assert!(robot.events().any(|event| event == Event::WalkFinished));
+    assert_eq!(link_losses(&robot), 0);
+}
+
+/// Bytes that mean nothing are no host, however many.
+#[test]
+fn a_flood_of_garbage_is_no_sign_of_life() {
+    let mut robot = walking_attached();
+    let mut damaged = robot.framed(Command::Status);
+    damaged[2] ^= 0x10;
+    robot.status();
+
+    for _ in 0..LINK_LOST_FRAMES {
+        robot.send(&damaged);
+        robot.send(&[0x55; 40]);
+        robot.send(&[0]);
+        robot.run_frames(1);
+    }
+
+    assert_eq!(robot.state(), State::Holding);
+    assert!(robot.status().bad_frames > 60);
+}
+
+/// The next walk is not judged by the silence before it.
+#[test]
+fn silence_before_a_walk_does_not_count() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(0.5), false);
+    robot.run_frames(300);
+
+    robot.expect_done(ATTACHED);
+    robot.run_frames(50);
+
+    assert_ne!(robot.state(), State::Holding);
+    assert_eq!(link_losses(&robot), 0);
 }
 
 proptest! {

@@ -162,7 +162,7 @@ fn saving_goes_on_while_walking_and_moves_no_pulse() {
     let mut undisturbed = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(2.2), true);
-    robot.expect_done(Command::Walk { amplitude: None, frames: None });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
     robot.run_until(State::Walking);
     assert_eq!(robot.status().storage, Storage::Saving);
 

@@ -46,7 +46,7 @@ impl App {
             Command::UploadBegin { len } => self.begin_upload(len),
             Command::UploadChunk { offset, data } => self.upload.take(offset, self.link.piece(data)),
             Command::UploadCommit { amplitude, persist } => self.commit_upload(amplitude, persist),
-            Command::Walk { amplitude, frames } => self.walk(board, amplitude, frames),
+            Command::Walk { amplitude, frames, detached } => self.walk(board, amplitude, frames, detached),
             Command::Stop => {
                 self.player.stop();
                 Ok(())
@@ -128,6 +128,7 @@ impl App {
         board: &mut impl Board,
         amplitude: Option<Amplitude>,
         frames: Option<u32>,
+        detached: bool,
     ) -> Result<(), Refusal> {
         if let Some(fault) = self.fault {
             return Err(Refusal::Faulted(fault));
@@ -146,6 +147,7 @@ impl App {
         for frame in [&mut self.live, &mut self.staged] {
             (frame.gait, frame.last) = (false, false);
         }
+        self.detached = detached;
         self.player.walk(&self.gait, amplitude, frames);
         Ok(())
     }

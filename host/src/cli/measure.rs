@@ -35,6 +35,9 @@ pub(super) const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
 /// The trial starts with the first gait frame, after the slow entry; energy,
 /// distance and frames cover the same interval. Without --distance and
 /// --tracker you are asked for the distance afterwards.
+///
+/// The robot walks attached: it is asked how it is four times a second, and
+/// stops by itself within a second if this program ends or the cable comes off.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Length of the trial in seconds
@@ -231,6 +234,9 @@ fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
     let help = match &stop {
         TrialStop::Fault { fault } => words::fault_help(*fault).to_owned(),
         TrialStop::Early { .. } | TrialStop::Stuck { .. } => "repeat the trial; see its telemetry".to_owned(),
+        TrialStop::LinkLost => {
+            "check cable and port; was this computer asleep or overloaded? Repeat the trial".to_owned()
+        }
         TrialStop::Entry => "is a leg caught? The robot was told to stop".to_owned(),
         TrialStop::Link { source } => {
             source.help().unwrap_or_else(|| "check cable and supply, and repeat the trial".to_owned())

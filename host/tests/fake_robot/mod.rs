@@ -12,8 +12,8 @@ pub mod bench;
 use protocol::command::{ActiveGait, HelloReply, Limits, Status, Storage};
 use protocol::frame::{Decoder, MAX_FRAME_LEN, Request, encode, parse};
 use protocol::{
-    Amplitude, Chunk, Command, Event, Fault, GaitTable, Message, PROTOCOL_VERSION, Refusal, Reply,
-    ResetCause, State, Telemetry,
+    Amplitude, Chunk, Command, Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Message, PROTOCOL_VERSION,
+    Refusal, Reply, ResetCause, State, Telemetry,
 };
 use std::collections::VecDeque;
 use std::io::{Error, ErrorKind, Read, Result, Write};
@@ -41,6 +41,9 @@ pub struct Troubles {
     pub faults_at: Option<u32>,
     /// Goes limp in this frame of the walk.
     pub ends_at: Option<u32>,
+    /// Misses its host after 60 frames of a walk without a command, as the
+    /// firmware does; for robots that run in real time.
+    pub depends_on_host: bool,
     /// Drops the telemetry of every n-th frame.
     pub drops_telemetry_every: Option<u32>,
     /// Nothing but a question mark in place of the gait read back.
@@ -76,6 +79,7 @@ pub struct FakeRobot {
     asked_frames: u32,
     entered: u32,
     trial_frames: u32,
+    silent_frames: u8,
 }
 
 impl FakeRobot {
@@ -101,6 +105,7 @@ impl FakeRobot {
             asked_frames: 0,
             entered: 0,
             trial_frames: 0,
+            silent_frames: 0,
         }
     }
 
@@ -146,6 +151,7 @@ impl FakeRobot {
 
     fn hear(&mut self, request: Request) {
         let Request { seq, command } = request;
+        self.silent_frames = 0;
         let reply = match self.last {
             Some((last_seq, last, reply)) if (last_seq, last) == (seq, command) => reply,
             _ => self.obey(command),
@@ -261,6 +267,12 @@ impl FakeRobot {
     /// One sixtieth of a second.
     pub fn frame(&mut self) {
         self.uptime_frames += 1;
+        self.silent_frames = self.silent_frames.saturating_add(1);
+        let is_walking = matches!(self.state, State::Entering | State::Walking);
+        if is_walking && self.troubles.depends_on_host && self.silent_frames >= LINK_TIMEOUT_FRAMES {
+            self.state = State::Holding;
+            self.say(&Message::Event(Event::LinkLost));
+        }
         match self.state {
             State::Entering => {
                 self.entered += 1;

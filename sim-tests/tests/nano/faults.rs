@@ -42,7 +42,7 @@ fn a_saved_gait_survives_reset_and_power_cycle_and_one_in_ram_does_not() {
 fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them_off() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().reset(CLOCK_HZ);
@@ -57,7 +57,7 @@ fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them
 fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().brown_out();
@@ -74,7 +74,7 @@ fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
 fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().bus_mut().unplug(Chip::Ina219);
@@ -89,7 +89,7 @@ fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
 fn a_sensor_that_lost_its_configuration_is_noticed() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     let configured = robot.nano().bus().ina219.configuration();
 
@@ -107,7 +107,7 @@ fn a_sensor_that_lost_its_configuration_is_noticed() {
 fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().bus_mut().set_stuck(true);
@@ -130,7 +130,7 @@ fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
 fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     for clocks in [1, 9] {
@@ -150,7 +150,7 @@ fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
 fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     client.run_for(&mut robot, 2.0).unwrap();
 

@@ -61,7 +61,7 @@ fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
     // Saved meanwhile, and asked for: the frames must not care.
     client.upload(&mut robot, &gait.table(), amplitude(2.2), true).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     // The outputs follow a frame after the state.
     client.run_for(&mut robot, 0.05).unwrap();
@@ -113,7 +113,9 @@ fn a_walk_of_n_frames_plays_n_frames_and_ends_limp() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(90) }).unwrap();
+    client
+        .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(90), detached: true })
+        .unwrap();
 
     client.run_for(&mut robot, 8.0).unwrap();
 
@@ -128,7 +130,7 @@ fn amplitude_changes_while_walking_without_a_jump() {
     let gait = fixtures::trot();
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &gait.table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None }).unwrap();
+    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     robot.take_bursts();
 
@@ -159,7 +161,9 @@ fn energy_over_12_s_of_walking_is_within_2_per_cent_of_the_batterys() {
     let (mut robot, mut client) = started(Box::new(World::new(&ant)));
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(2.2), false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(FRAMES) }).unwrap();
+    client
+        .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(FRAMES), detached: true })
+        .unwrap();
     client.run_for(&mut robot, 18.0).unwrap();
     let truth = robot.take_truth();
 
@@ -194,7 +198,9 @@ fn equal_inputs_give_equal_runs() {
         client.run_for(&mut robot, 0.3).unwrap();
         client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.5), true).unwrap();
         client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-        client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(60) }).unwrap();
+        client
+            .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(60), detached: true })
+            .unwrap();
         client.run_for(&mut robot, 4.0).unwrap();
         (robot.take_truth(), robot.take_bursts(), client.heard().to_vec())
     };
