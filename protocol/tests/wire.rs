@@ -145,7 +145,7 @@ fn the_frame_around_a_command_keeps_its_bytes() {
     let frame: String =
         encode(&request, &mut [0; MAX_FRAME_LEN]).expect("fits").iter().map(|b| format!("{b:02x}")).collect();
 
-    assert_eq!(frame, "0101040145d700");
+    assert_eq!(frame, "01010402dee500");
 }
 
 #[test]
