@@ -39,6 +39,16 @@ pub enum PtyError {
         /// Where.
         path: PathBuf,
     },
+    /// The link leads to a terminal that is there.
+    #[error(
+        "{path} leads to {port}, another robot's port: end that robot, remove the link, or name another with --link"
+    )]
+    LinkInUse {
+        /// Where.
+        path: PathBuf,
+        /// Where it leads.
+        port: PathBuf,
+    },
     /// The link cannot be made.
     #[error("cannot link {path} to the pseudo-terminal")]
     Link {
@@ -92,14 +102,16 @@ impl Pty {
     /// [`PtyError`] if there is something else, or the link cannot be made.
     pub fn link(&mut self, link: &Path) -> Result<(), PtyError> {
         let failed = |source| PtyError::Link { path: link.to_owned(), source };
-        if link.symlink_metadata().is_ok() {
-            // Ours, or another robot's: it leads nowhere, or where terminals are.
-            let is_ports =
-                std::fs::read_link(link).is_ok_and(|to| !link.exists() || to.parent() == self.path.parent());
-            if !is_ports {
+        match std::fs::read_link(link) {
+            // What an ended robot left.
+            Ok(_) if !link.exists() => std::fs::remove_file(link).map_err(failed)?,
+            Ok(port) if port.parent() == self.path.parent() => {
+                return Err(PtyError::LinkInUse { path: link.to_owned(), port });
+            }
+            _ if link.symlink_metadata().is_ok() => {
                 return Err(PtyError::LinkTaken { path: link.to_owned() });
             }
-            std::fs::remove_file(link).map_err(failed)?;
+            _ => {}
         }
         std::os::unix::fs::symlink(&self.path, link).map_err(failed)?;
         self.link = Some(link.to_owned());
@@ -206,7 +218,10 @@ impl Pty {
         self.openings = openings::Openings::of(&self.path);
         eprintln!("a host ended without releasing the port; it is now {}", self.path.display());
         match self.link.take() {
-            Some(link) => self.link(&link),
+            Some(link) => {
+                let _ = std::fs::remove_file(&link);
+                self.link(&link)
+            }
             None => Ok(()),
         }
     }

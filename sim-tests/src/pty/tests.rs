@@ -108,14 +108,15 @@ fn a_link_replaces_a_stale_link_and_nothing_else_and_goes_with_the_port() {
 }
 
 #[test]
-fn a_robot_that_lost_its_link_to_another_leaves_it_alone() {
+fn a_link_in_use_is_refused_and_left_to_its_robot() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("robot");
     let (mut first, mut second) = (Pty::new().unwrap(), Pty::new().unwrap());
-
     first.link(&link).unwrap();
-    second.link(&link).unwrap();
-    drop(first);
 
-    assert_eq!(std::fs::read_link(&link).unwrap(), second.path());
+    let refused = second.link(&link);
+
+    assert!(matches!(refused, Err(PtyError::LinkInUse { .. })), "{refused:?}");
+    drop(second);
+    assert_eq!(std::fs::read_link(&link).unwrap(), first.path());
 }
