@@ -33,8 +33,9 @@ const DEFAULT_LIMIT_DEG: f64 = 45.0;
 /// Fit a degree-10 polynomial per joint and write the gait.
 ///
 /// Without --rows, a file as `record` writes it is one stride, and in any other
-/// the stride is looked for. The scales are degrees: angle = centre-offset +
-/// centre-unit * mean action + amplitude * unit * (action - mean action).
+/// the stride is looked for. Columns hold actions, and the scales are degrees:
+/// angle = centre-offset + centre-unit * mean action + amplitude * unit *
+/// (action - mean action). Columns in degrees: --unit-deg 1 --centre-unit-deg 1.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// CSV with a column per joint [default: trajectory.csv of the run]
@@ -84,8 +85,8 @@ pub struct Args {
     /// Seed to note in the gait [default: from the run's configuration]
     #[arg(long, value_parser = super::seed())]
     seed: Option<u64>,
-    /// Gait file to write; the robot's bytes go beside it as .bin [default: beside a recorded
-    /// trajectory, else in a new run folder]
+    /// Gait file to write; the robot's bytes go beside it as .bin [default: gait.toml beside a
+    /// trajectory with time_s, else in a new run folder]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print the result as JSON

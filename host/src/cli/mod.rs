@@ -4,6 +4,7 @@
 #[macro_use]
 mod output;
 
+#[cfg(feature = "train")]
 mod demo;
 mod explain;
 mod fit;
@@ -51,6 +52,7 @@ enum Command {
     /// Walk a trial and compute cost of transport and speed
     Measure(measure::Args),
     /// All of it, against the virtual robot
+    #[cfg(feature = "train")]
     Demo(demo::Args),
 }
 
@@ -72,6 +74,7 @@ pub enum Cause {
     Interrupted = 130,
 }
 
+#[cfg(feature = "train")]
 impl Cause {
     /// What a step's exit code said; a code of nobody's is the machine's trouble.
     fn of_code(code: Option<i32>) -> Self {
@@ -104,6 +107,10 @@ impl Failure {
 /// Runs the subcommand and reports its outcome.
 #[must_use]
 pub fn run(cli: Cli) -> ExitCode {
+    // Unwrapped: a command that the help names must survive being copied. Only
+    // a second call could fail, and there is none.
+    let _ =
+        miette::set_hook(Box::new(|_| Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())));
     let outcome = match cli.command {
         #[cfg(feature = "train")]
         Command::Train(args) => train::run(args),
@@ -112,6 +119,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Fit(args) => fit::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),
+        #[cfg(feature = "train")]
         Command::Demo(args) => demo::run(args),
     };
     match outcome.and_then(|()| output::finish()) {

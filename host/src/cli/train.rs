@@ -193,7 +193,7 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
 }
 
 fn progress_bar(total_updates: u64) -> ProgressBar {
-    let style = "{bar:30} {percent:>3} %  {pos}/{len} updates, {rate}, done in {eta}  {msg}";
+    let style = "{bar:20} {pos}/{len} updates, {rate}, done in {eta}  {wide_msg}";
     let bar = ProgressBar::new(total_updates);
     // The template is a constant: if it were wrong, indicatif's own would do.
     let style = ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar());
@@ -222,14 +222,15 @@ fn show(bar: &ProgressBar, event: &Event) {
         }
         Event::Round { updates, .. } => bar.set_position(*updates),
         Event::Evaluated { point, best } => {
-            bar.set_message(format!("reward {:.1}, {:.3} m/s", point.reward, point.speed_m_s));
+            // Plus zero: a robot that stands still does not do so at -0.00 m/s.
+            let speed_m_s = (point.speed_m_s * 100.0).round() / 100.0 + 0.0;
+            bar.set_message(format!("reward {:.1}, {speed_m_s:.2} m/s", point.reward));
             let line = format!(
-                "{:>7} updates {:>9} steps {:>6.0} s  reward {:>8.1}  {:>7.3} m/s{}",
+                "{:>7} updates {:>9} steps {:>6.0} s  reward {:>8.1}  {speed_m_s:>6.2} m/s{}",
                 point.updates,
                 point.env_steps,
                 point.wall_s,
                 point.reward,
-                point.speed_m_s,
                 if *best { "  best yet" } else { "" }
             );
             say(bar, &line);

@@ -5,6 +5,7 @@ use crate::cli::explain::path_text;
 use crate::fit::{FEW_ROWS, JointFit, R2_WARNING};
 use crate::gait_file::limits::round_down;
 use crate::gait_file::{GaitFile, gait_sha256};
+use crate::run_folder;
 use protocol::{Amplitude, JOINT_COUNT, Joint};
 use serde_json::json;
 use std::path::Path;
@@ -88,7 +89,11 @@ fn print_table(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT
     let largest = gait.largest_amplitude().map_or(USUAL_AMPLITUDE, |l| round_down(l.amplitude));
     let amplitude = largest.min(USUAL_AMPLITUDE);
     if amplitude >= Amplitude::MIN.value() {
-        let named = args.out.as_ref().map_or(String::new(), |out| format!(" --gait {}", out.display()));
+        // Without a name, the next command takes the last run's gait.
+        let default = Path::new(run_folder::LATEST).join(run_folder::GAIT);
+        let is_default =
+            default.canonicalize().ok().is_some_and(|path| out.canonicalize().ok() == Some(path));
+        let named = if is_default { String::new() } else { format!(" --gait {}", out.display()) };
         println!("Next: cargo run -p host -- upload-gait --amp {amplitude}{named}");
     }
 }
