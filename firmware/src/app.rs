@@ -72,6 +72,10 @@ pub struct App {
     since_check: u8,
     servo_misses: u8,
     sensor_misses: u8,
+    /// Samples in a row with too little voltage.
+    low_samples: u8,
+    /// Samples in a row with too much current.
+    high_samples: u8,
 }
 
 impl Default for App {
@@ -114,6 +118,8 @@ impl App {
             since_check: 0,
             servo_misses: 0,
             sensor_misses: 0,
+            low_samples: 0,
+            high_samples: 0,
         }
     }
 
@@ -127,6 +133,8 @@ impl App {
         self.calibration.set_default();
         self.switch_off(board);
         let _ = self.configure_chips(board);
+        // There is no sample yet.
+        self.sensor_misses = 1;
         self.load_gait(board);
         self.booted = true;
         self.tell(Event::Started(boot.cause));

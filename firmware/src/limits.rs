@@ -15,6 +15,20 @@ pub const HOLD_FRAMES: u8 = 60;
 pub const SERVO_DRIVER_LOST_FRAMES: u8 = 3;
 /// Samples in a row that may be missed before the sensor counts as lost: 0.1 s.
 pub const SENSOR_LOST_FRAMES: u8 = 6;
+/// Supply voltage under load below which the robot stops. It leaves a supply of
+/// 5 V 0.8 V for its leads and for stalls, and stays above the 3.8 V that the
+/// Nano needs at 16 MHz (data sheet 29.3).
+pub const UNDERVOLTAGE_MV: u16 = 4_200;
+/// Supply voltage at rest that a walk needs: 5 V less 8 %. A limp robot draws
+/// next to nothing, so what is lower is another supply, an empty battery, or none.
+pub const START_MV: u16 = 4_600;
+/// Supply current at which the robot stops, just short of the 3.2 A where the
+/// sensor's range ends: beyond it, energy is not measured either.
+pub const OVERCURRENT_MA: u16 = 3_000;
+/// Samples in a row that the supply must be wrong for: 83 ms. Servos that start
+/// together draw their stall current for a few frames; each sample is a mean
+/// over half a frame already.
+pub const SUPPLY_FAULT_FRAMES: u8 = 5;
 /// Frames between two looks at the chips' configuration: 0.27 s.
 pub const CHECK_EVERY_FRAMES: u8 = 16;
 /// What a bus transfer in the main loop needs to end before the next frame:

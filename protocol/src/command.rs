@@ -245,4 +245,9 @@ pub enum Refusal {
     ChipMissing(Fault),
     /// An earlier save is still going on.
     StorageBusy,
+    /// Not even at rest does the supply have what a walk needs.
+    SupplyTooLow {
+        /// Voltage at the last sample.
+        bus_mv: u16,
+    },
 }

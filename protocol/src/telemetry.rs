@@ -46,6 +46,10 @@ pub enum Fault {
     SensorLost,
     /// The program hung and the watchdog reset it while servos were on.
     Watchdog,
+    /// The supply sagged below what servos and boards are made for.
+    Undervoltage,
+    /// The supply gave more current than its wires and the sensor are made for.
+    Overcurrent,
 }
 
 /// Why the robot last started.

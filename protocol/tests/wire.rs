@@ -113,6 +113,9 @@ fn refusals_keep_their_bytes() {
         (Refusal::AlreadyWalking, "002a0108"),
         (Refusal::ChipMissing(Fault::ServoDriverLost), "002a010900"),
         (Refusal::StorageBusy, "002a010a"),
+        (Refusal::SupplyTooLow { bus_mv: 4500 }, "002a010b9423"),
+        (Refusal::Faulted(Fault::Undervoltage), "002a010703"),
+        (Refusal::Faulted(Fault::Overcurrent), "002a010704"),
     ] {
         reply(Reply::Refused(refusal), hex);
     }

@@ -1,14 +1,18 @@
 //! The two chips within a frame: burst, sample, a look at their configuration.
 //!
-//! Owns when the bus is used, and what counts as a lost chip: while servos are
-//! on it stops the robot, otherwise nothing moves and the next walk looks again.
+//! Owns when the bus is used, and what counts as a lost chip or a bad supply:
+//! while servos are on it stops the robot, otherwise nothing moves and the next
+//! walk looks again.
 //! Refuses the bus where too little of the frame is left.
 
-use protocol::{Event, Fault};
+use protocol::{Event, Fault, Refusal};
 
 use super::App;
 use crate::hal::{Board, BurstState, Bus, FrameClock};
-use crate::limits::{BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES};
+use crate::limits::{
+    BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES, START_MV,
+    SUPPLY_FAULT_FRAMES,
+};
 use crate::player::Frame;
 use crate::{power, servos};
 
@@ -63,7 +67,9 @@ impl App {
     }
 
     fn take_sample(&mut self, board: &mut impl Board) {
-        match power::sample(board.bus()) {
+        let sample = power::sample(board.bus());
+        self.judge_supply(sample);
+        match sample {
             Ok(sample) => {
                 self.sample = sample;
                 self.count(false);
@@ -79,9 +85,45 @@ impl App {
                 self.sensor_misses = 0;
             }
         }
-        if self.servos_on() && self.sensor_misses >= SENSOR_LOST_FRAMES {
-            self.latch(board, Fault::SensorLost);
+        if self.servos_on() {
+            // Too much current is why there is too little voltage.
+            if self.high_samples >= SUPPLY_FAULT_FRAMES {
+                self.latch(board, Fault::Overcurrent);
+            } else if self.low_samples >= SUPPLY_FAULT_FRAMES {
+                self.latch(board, Fault::Undervoltage);
+            } else if self.sensor_misses >= SENSOR_LOST_FRAMES {
+                self.latch(board, Fault::SensorLost);
+            }
         }
+    }
+
+    /// Counts the samples in a row that the supply is wrong for; a limp robot's
+    /// do not count, and a missed one changes nothing.
+    fn judge_supply(&mut self, sample: Result<power::Sample, power::Missed>) {
+        let servos_on = self.servos_on();
+        let count = |samples: &mut u8, is_wrong: bool| {
+            *samples = if is_wrong && servos_on { samples.saturating_add(1) } else { 0 };
+        };
+        match sample {
+            Ok(sample) => {
+                count(&mut self.low_samples, sample.is_undervoltage());
+                count(&mut self.high_samples, sample.is_overcurrent());
+            }
+            Err(power::Missed::Saturated) => count(&mut self.high_samples, true),
+            Err(power::Missed::NoAnswer | power::Missed::NotReady) => {}
+        }
+    }
+
+    /// Makes sure that the supply could carry a walk, as far as is known.
+    ///
+    /// # Errors
+    /// [`Refusal::SupplyTooLow`]; while samples are missing, that comes first.
+    pub(super) const fn require_supply(&self) -> Result<(), Refusal> {
+        let bus_mv = self.sample.bus_mv();
+        if self.sensor_misses == 0 && bus_mv < START_MV {
+            return Err(Refusal::SupplyTooLow { bus_mv });
+        }
+        Ok(())
     }
 
     /// Looks whether a brown-out took a chip's configuration behind our back.

@@ -6,7 +6,7 @@
 use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Storage};
 use protocol::gait::MAX_ENCODED_LEN;
 use protocol::{
-    Amplitude, FRAME_RATE_HZ, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal, Reply, Status,
+    Amplitude, FRAME_RATE_HZ, Fault, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal, Reply, Status,
 };
 
 use super::App;
@@ -141,6 +141,7 @@ impl App {
         if !amplitude.is_valid() {
             return Err(Refusal::Amplitude);
         }
+        self.require_supply()?;
         self.configure_chips(board).map_err(Refusal::ChipMissing)?;
         self.trial = Trial::NONE;
         // What is still on its way to the servos belongs to the walk before.
@@ -163,7 +164,10 @@ impl App {
     }
 
     fn clear_fault(&mut self, board: &mut impl Board) -> Result<(), Refusal> {
-        if self.fault.is_some() {
+        if let Some(fault) = self.fault {
+            if fault == Fault::Undervoltage {
+                self.require_supply()?;
+            }
             self.configure_chips(board).map_err(Refusal::ChipMissing)?;
             self.fault = None;
         }

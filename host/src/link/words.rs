@@ -35,6 +35,9 @@ pub fn refusal(refusal: Refusal) -> String {
         Refusal::AlreadyWalking => "it is walking already".into(),
         Refusal::ChipMissing(cause) => fault(cause).into(),
         Refusal::StorageBusy => "an earlier save is still going on".into(),
+        Refusal::SupplyTooLow { bus_mv } => {
+            format!("its supply has {:.2} V at rest, too little to walk", f64::from(bus_mv) / 1e3)
+        }
     }
 }
 
@@ -50,6 +53,7 @@ pub const fn refusal_help(refusal: Refusal) -> Option<&'static str> {
         Refusal::UploadRange | Refusal::UploadIncomplete | Refusal::AlreadyWalking | Refusal::StorageBusy => {
             Some("repeat the command")
         }
+        Refusal::SupplyTooLow { .. } => Some(fault_help(Fault::Undervoltage)),
         Refusal::BadGait(_) | Refusal::Amplitude => None,
     }
 }
@@ -61,6 +65,8 @@ pub const fn fault(fault: Fault) -> &'static str {
         Fault::ServoDriverLost => "the servo driver (PCA9685) does not answer",
         Fault::SensorLost => "the power sensor (INA219) does not answer, or lost its configuration",
         Fault::Watchdog => "its program hung and the watchdog reset it",
+        Fault::Undervoltage => "its supply sagged below 4.2 V while servos were on",
+        Fault::Overcurrent => "its supply gave 3 A or more while servos were on",
     }
 }
 
@@ -73,6 +79,10 @@ pub const fn fault_help(fault: Fault) -> &'static str {
             "check SDA, SCL, 5 V and ground of the INA219 (address 0x41: A0 bridged), then repeat"
         }
         Fault::Watchdog => "check the supply for sags; if it happens again, report it with the telemetry",
+        Fault::Undervoltage => {
+            "is the servos' supply on, 5 to 6 V, its battery charged, its leads short and thick? Then repeat"
+        }
+        Fault::Overcurrent => "is a leg caught, a servo stalled, or a wire short-circuited? Then repeat",
     }
 }
 
@@ -100,6 +110,8 @@ pub const fn state(state: State) -> &'static str {
         State::Fault(Fault::ServoDriverLost) => "fault-servo-driver-lost",
         State::Fault(Fault::SensorLost) => "fault-sensor-lost",
         State::Fault(Fault::Watchdog) => "fault-watchdog",
+        State::Fault(Fault::Undervoltage) => "fault-undervoltage",
+        State::Fault(Fault::Overcurrent) => "fault-overcurrent",
     }
 }
 

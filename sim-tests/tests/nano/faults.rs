@@ -1,12 +1,16 @@
 //! What a bench robot suffers: resets, lost chips, a stuck bus.
 
 use super::support::*;
+use host::robot::Robot;
 use protocol::command::Storage;
-use protocol::{Command, Event, Fault, Message, ResetCause, State};
+use protocol::{Command, Event, Fault, Message, Refusal, Reply, ResetCause, State};
+use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::devices::Chip;
+use sim_tests::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::CLOCK_HZ;
+use sim_tests::virtual_robot::VirtualRobot;
 
 #[test]
 fn a_saved_gait_survives_reset_and_power_cycle_and_one_in_ram_does_not() {
@@ -167,4 +171,63 @@ fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
     assert_eq!(status.state, State::Fault(Fault::Watchdog));
     assert_eq!(status.gait.unwrap().name.as_str(), "trot");
     client.expect_done(&mut robot, Command::ClearFault).unwrap();
+}
+
+/// A robot whose battery has this voltage and resistance, and servos of this
+/// power, is told to walk; returns the frames in which the servos had pulses.
+fn frames_on(nominal_v: f64, resistance_ohm: f64, servo_w: f64, fault: Fault) -> usize {
+    let mut ant = Robot::ant(1.0).unwrap();
+    (ant.supply.nominal_v, ant.supply.resistance_ohm) = (nominal_v, resistance_ohm);
+    let body = Box::new(Bench::new(servo_w));
+    let mut robot = VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap();
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.3).unwrap();
+    client.upload(&mut robot, &fixtures::medley().table(), amplitude(1.0), false).unwrap();
+    let walk = Command::Walk { amplitude: None, frames: None, detached: true };
+    client.expect_done(&mut robot, walk).unwrap();
+    robot.take_bursts();
+
+    client.run_for(&mut robot, 1.0).unwrap();
+
+    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Fault(fault))));
+    assert_eq!(status(&mut robot, &mut client).state, State::Fault(fault));
+    assert!(!robot.nano().bus().pca9685.drives_any());
+    walking_bursts(&robot.take_bursts()).len()
+}
+
+/// The debounce is 5 samples, the first of which may have averaged over the
+/// time before; the stop may take 3 frames.
+#[test]
+fn a_battery_that_cannot_carry_the_servos_stops_them_and_says_why() {
+    for (nominal_v, resistance_ohm, servo_w, fault) in [
+        // 6 W through 0.6 ohm, the shunt's 0.1 among them: 4.13 V.
+        (5.0, 0.5, 0.75, Fault::Undervoltage),
+        // 17.2 W from 6 V: 3.1 A; 20 W: beyond the sensor's range.
+        (6.0, 0.05, 2.15, Fault::Overcurrent),
+        (6.0, 0.05, 2.5, Fault::Overcurrent),
+    ] {
+        let frames = frames_on(nominal_v, resistance_ohm, servo_w, fault);
+
+        println!("{fault:?}: {frames} frames with pulses");
+        assert!((5..=9).contains(&frames), "{fault:?} after {frames} frames");
+    }
+}
+
+#[test]
+fn an_empty_battery_is_told_before_anything_moves() {
+    let mut ant = Robot::ant(1.0).unwrap();
+    ant.supply.nominal_v = 4.4;
+    let body = Box::new(Bench::new(0.1));
+    let mut robot = VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap();
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.3).unwrap();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
+
+    let walk = Command::Walk { amplitude: None, frames: None, detached: true };
+    let reply = client.ask(&mut robot, walk).unwrap();
+
+    // What the electronics draw costs it a few millivolts.
+    let is_told = matches!(reply, Reply::Refused(Refusal::SupplyTooLow { bus_mv: 4_370..=4_400 }));
+    assert!(is_told, "{reply:?}");
+    assert_eq!(status(&mut robot, &mut client).state, State::Idle);
 }
