@@ -270,9 +270,10 @@ impl App {
     #[inline(never)]
     fn save(&mut self, board: &mut impl Board) {
         match self.store.step(board.memory(), self.upload.buffer()) {
-            Some(Saved::Verified) => self.storage = Storage::Saved,
+            // Another amplitude since it began, and what was saved is not what is active.
+            Some(Saved::Verified) if self.storage == Storage::Saving => self.storage = Storage::Saved,
             Some(Saved::Failed) => self.storage = Storage::Failed,
-            None => {}
+            Some(Saved::Verified) | None => {}
         }
     }
 

@@ -201,14 +201,14 @@ pub struct ActiveGait {
     pub amplitude: Amplitude,
 }
 
-/// Where the active gait lives.
+/// Where the active gait and its amplitude live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Storage {
-    /// In RAM only: gone at the next reset.
+    /// In RAM only, be it the gait or an amplitude set since: gone at the next reset.
     RamOnly,
     /// Being written to EEPROM.
     Saving,
-    /// In EEPROM.
+    /// In EEPROM, both as they are now.
     Saved,
     /// The write did not verify; the gait saved before, if any, is intact.
     Failed,

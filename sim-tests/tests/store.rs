@@ -2,9 +2,11 @@
 
 use firmware::hal::PersistentMemory;
 use firmware::store::{Saved, Store, Stored};
+use protocol::command::Storage;
 use protocol::gait::MAX_ENCODED_LEN;
+use protocol::{Command, ResetCause};
 use sim_tests::fixtures::{self, amplitude};
-use sim_tests::sim_robot::encoded;
+use sim_tests::sim_robot::{SimRobot, encoded};
 
 /// What a byte holds whose write was cut short.
 #[derive(Debug, Clone, Copy)]
@@ -117,4 +119,38 @@ fn the_power_cut_at_every_byte_leaves_one_gait_whole_and_the_next_save_works() {
             assert!((1..270).contains(&was_new), "{was_new} cuts came too late to matter");
         }
     }
+}
+
+/// What would be walked after a reset is what was saved, not what was set since.
+#[test]
+fn an_amplitude_set_after_the_save_is_told_to_be_in_ram_only() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), true);
+    robot.run_frames(200);
+    assert_eq!(robot.status().storage, Storage::Saved);
+
+    robot.expect_done(Command::SetAmplitude(amplitude(1.0)));
+    let unchanged = robot.status().storage;
+    robot.expect_done(Command::SetAmplitude(amplitude(2.0)));
+    let changed = robot.status().storage;
+    let mut robot = robot.reset(ResetCause::External);
+
+    assert_eq!((unchanged, changed), (Storage::Saved, Storage::RamOnly));
+    let status = robot.status();
+    assert_eq!((status.storage, status.gait.unwrap().amplitude), (Storage::Saved, amplitude(1.0)));
+}
+
+#[test]
+fn an_amplitude_set_during_the_save_is_not_called_saved_by_its_end() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), true);
+    robot.run_frames(2);
+    assert_eq!(robot.status().storage, Storage::Saving);
+
+    robot.expect_done(Command::SetAmplitude(amplitude(2.0)));
+    robot.run_frames(200);
+
+    assert_eq!(robot.status().storage, Storage::RamOnly);
+    let mut robot = robot.power_cycle();
+    assert_eq!(robot.status().gait.unwrap().amplitude, amplitude(1.0));
 }

@@ -158,7 +158,10 @@ impl App {
             return Err(Refusal::Amplitude);
         }
         let active = self.active.as_mut().ok_or(Refusal::NoGait)?;
-        active.amplitude = amplitude;
+        if active.amplitude != amplitude {
+            active.amplitude = amplitude;
+            self.storage = Storage::RamOnly;
+        }
         self.player.set_amplitude(amplitude);
         Ok(())
     }
