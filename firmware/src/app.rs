@@ -8,6 +8,11 @@
 //! is lost while servos are on stops the robot, and it stays stopped until it
 //! is told otherwise.
 //!
+//! The board's light tells the state without a host: a wink a second is idle,
+//! an even blink is walking or on the way to it, steady light is holding, and a
+//! fast flicker is a fault. A light that does not change is a hung program, or
+//! a robot that holds, which it does for a second only.
+//!
 //! The parts of a turn are kept from being inlined: in one function, the locals
 //! of all of them would lie on the stack all the time.
 //!
@@ -21,7 +26,7 @@ use heapless::Deque;
 use protocol::command::{ActiveGait, Storage};
 use protocol::{Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Refusal, Reply, ResetCause, State, Telemetry};
 
-use crate::hal::{Board, Bus, FrameClock, Watchdog};
+use crate::hal::{Board, Bus, FrameClock, Light, Watchdog};
 use crate::limits::Calibration;
 use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
@@ -179,6 +184,7 @@ impl App {
             self.count(true);
         }
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
+        board.light().set(self.is_lit());
         self.live = self.staged;
         self.uncounted = true;
         self.bus_work = BusWork::Burst;
@@ -186,6 +192,17 @@ impl App {
         self.depend_on_link(frames);
         self.staged = self.player.step(&self.gait);
         self.stage(board);
+    }
+
+    const fn is_lit(&self) -> bool {
+        let frame = self.uptime_frames as u8;
+        match self.state() {
+            State::Booting => false,
+            State::Idle => frame & 0x3F < 4,
+            State::Entering | State::Walking => frame & 0x10 != 0,
+            State::Holding => true,
+            State::Fault(_) => frame & 0x04 != 0,
+        }
     }
 
     /// Stops an attached walk that nobody has asked about for too long.

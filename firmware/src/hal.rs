@@ -1,4 +1,4 @@
-//! What embedded-hal lacks: frames, a prepared burst, a serial ring, memory, a watchdog.
+//! What embedded-hal lacks: frames, a prepared burst, a serial ring, memory, a watchdog, a light.
 //!
 //! Owns the line between logic and board. Nothing here may wait without a
 //! bound; where a call can take longer than a few microseconds, it says so.
@@ -76,6 +76,12 @@ pub trait Watchdog {
     fn feed(&mut self, servos_on: bool);
 }
 
+/// The light on the board.
+pub trait Light {
+    /// Switches it on or off.
+    fn set(&mut self, on: bool);
+}
+
 /// A board: one of each.
 pub trait Board {
     /// The bus with both chips.
@@ -90,6 +96,8 @@ pub trait Board {
     type Memory: PersistentMemory;
     /// What watches the main loop.
     type Watchdog: Watchdog;
+    /// What shows the state without a host.
+    type Light: Light;
 
     /// The bus with both chips.
     fn bus(&mut self) -> &mut Self::Bus;
@@ -103,4 +111,6 @@ pub trait Board {
     fn memory(&mut self) -> &mut Self::Memory;
     /// What watches the main loop.
     fn watchdog(&mut self) -> &mut Self::Watchdog;
+    /// What shows the state without a host.
+    fn light(&mut self) -> &mut Self::Light;
 }

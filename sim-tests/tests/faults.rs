@@ -303,3 +303,30 @@ fn the_host_names_the_limits_that_the_robot_keeps() {
     assert!(words::fault(Fault::Overcurrent).contains(&amperes), "{amperes}");
     assert_eq!(u64::from(limits::SUPPLY_FAULT_FRAMES), DEBOUNCE_FRAMES);
 }
+
+/// Frames lit, and changes, over 128 frames: two periods of the slowest pattern.
+fn light(robot: &mut SimRobot) -> (usize, usize) {
+    let mut lit = Vec::new();
+    for _ in 0..128 {
+        robot.run_frames(1);
+        lit.push(robot.board.is_lit());
+    }
+    (lit.iter().filter(|&&on| on).count(), lit.windows(2).filter(|pair| pair[0] != pair[1]).count())
+}
+
+#[test]
+fn the_light_tells_idle_walking_and_fault_apart() {
+    let mut robot = SimRobot::new();
+
+    let idle = light(&mut robot);
+    let mut robot = walking();
+    let on_the_way = light(&mut robot);
+    robot.board.chips.unplug(Chip::Ina219);
+    robot.run_until(State::Fault(Fault::SensorLost));
+    let faulted = light(&mut robot);
+
+    // Two winks, eight slow turns, and 32 fast ones, give or take one frame at the ends.
+    assert!((7..=9).contains(&idle.0) && (3..=4).contains(&idle.1), "{idle:?}");
+    assert!((63..=65).contains(&on_the_way.0) && (7..=8).contains(&on_the_way.1), "{on_the_way:?}");
+    assert!((63..=65).contains(&faulted.0) && (31..=32).contains(&faulted.1), "{faulted:?}");
+}

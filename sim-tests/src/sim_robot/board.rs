@@ -11,7 +11,7 @@ mod bus;
 use crate::devices::Bus as Chips;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::Operation;
-use firmware::hal::{Board, FrameClock, PersistentMemory, SerialRing, Watchdog};
+use firmware::hal::{Board, FrameClock, Light, PersistentMemory, SerialRing, Watchdog};
 use firmware::servos::{self, ServoBurst};
 use protocol::FRAME_RATE_HZ;
 use std::cell::Cell;
@@ -58,6 +58,7 @@ pub struct SimBoard {
     fed_ns: u64,
     longest_unfed_ns: u64,
     servos_noted_on: bool,
+    is_lit: bool,
     waited_ns: Rc<Cell<u64>>,
 }
 
@@ -87,6 +88,7 @@ impl SimBoard {
             fed_ns: 0,
             longest_unfed_ns: 0,
             servos_noted_on: false,
+            is_lit: false,
             waited_ns: Rc::default(),
         }
     }
@@ -129,6 +131,12 @@ impl SimBoard {
     #[must_use]
     pub fn longest_unfed_s(&self) -> f64 {
         self.longest_unfed_ns as f64 / NS_PER_S as f64
+    }
+
+    /// Whether the board's light is on.
+    #[must_use]
+    pub fn is_lit(&self) -> bool {
+        self.is_lit
     }
 
     /// The persistent memory.
@@ -256,6 +264,12 @@ impl Watchdog for SimBoard {
     }
 }
 
+impl Light for SimBoard {
+    fn set(&mut self, on: bool) {
+        self.is_lit = on;
+    }
+}
+
 /// One struct is the whole board: what is shared, above all the time, is shared.
 impl Board for SimBoard {
     type Bus = Self;
@@ -264,6 +278,7 @@ impl Board for SimBoard {
     type Serial = Self;
     type Memory = Self;
     type Watchdog = Self;
+    type Light = Self;
     fn bus(&mut self) -> &mut Self {
         self
     }
@@ -280,6 +295,9 @@ impl Board for SimBoard {
         self
     }
     fn watchdog(&mut self) -> &mut Self {
+        self
+    }
+    fn light(&mut self) -> &mut Self {
         self
     }
 }

@@ -5,6 +5,7 @@
 //! | A4 (PC4) | SDA of PCA9685 (0x40) and INA219 (0x41) |
 //! | A5 (PC5) | SCL of both |
 //! | D0, D1 | USB serial, 115,200 baud |
+//! | D13 (PB5) | the light on the board: see `firmware::app` |
 //!
 //! Owns every register and interrupt of the chip, one module each. Refuses to
 //! hold logic: what can be wrong without hardware is in the library.
@@ -14,6 +15,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod eeprom;
+mod light;
 mod reset;
 mod stack;
 mod timer;
@@ -32,6 +34,7 @@ struct Nano {
     serial: usart::Usart,
     memory: eeprom::Eeprom,
     watchdog: reset::Watchdog,
+    light: light::Light,
 }
 
 impl Board for Nano {
@@ -41,6 +44,7 @@ impl Board for Nano {
     type Serial = usart::Usart;
     type Memory = eeprom::Eeprom;
     type Watchdog = reset::Watchdog;
+    type Light = light::Light;
 
     fn bus(&mut self) -> &mut twi::Twi {
         &mut self.bus
@@ -64,6 +68,10 @@ impl Board for Nano {
 
     fn watchdog(&mut self) -> &mut reset::Watchdog {
         &mut self.watchdog
+    }
+
+    fn light(&mut self) -> &mut light::Light {
+        &mut self.light
     }
 }
 
@@ -98,6 +106,7 @@ fn main() -> ! {
         serial: usart::Usart::start(),
         memory: eeprom::Eeprom::start(),
         watchdog: reset::Watchdog::start(),
+        light: light::Light::start(),
     };
     // SAFETY: no critical section is open, and every interrupt's state has its
     // start value.
