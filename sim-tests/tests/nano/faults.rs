@@ -7,7 +7,7 @@ use protocol::{Command, Event, Fault, Message, Refusal, Reply, ResetCause, State
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::devices::Chip;
-use sim_tests::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
+use sim_tests::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::CLOCK_HZ;
 use sim_tests::virtual_robot::VirtualRobot;
@@ -230,4 +230,33 @@ fn an_empty_battery_is_told_before_anything_moves() {
     let is_told = matches!(reply, Reply::Refused(Refusal::SupplyTooLow { bus_mv: 4_370..=4_400 }));
     assert!(is_told, "{reply:?}");
     assert_eq!(status(&mut robot, &mut client).state, State::Idle);
+}
+
+/// From the answer to the last command: a second, and two frames.
+#[test]
+fn an_attached_walk_without_a_host_stops_within_a_second() {
+    let (mut robot, mut client) = on_the_bench();
+    let gait = fixtures::medley();
+    client.upload(&mut robot, &gait.table(), amplitude(2.2), false).unwrap();
+    let walk = Command::Walk { amplitude: None, frames: None, detached: false };
+    client.expect_done(&mut robot, walk).unwrap();
+    wait_for(&mut robot, &mut client, State::Walking, 5.0);
+    for _ in 0..12 {
+        client.run_for(&mut robot, 0.25).unwrap();
+        assert_eq!(status(&mut robot, &mut client).state, State::Walking);
+    }
+    let last_s = robot.now_s();
+    robot.take_bursts();
+
+    robot.run_for(3.0).unwrap();
+
+    let bursts = robot.take_bursts();
+    let is_move = |pair: &[Burst]| pair[0].counts != pair[1].counts && pair[1].counts[0].is_some();
+    let moved = bursts.windows(2).filter(|pair| is_move(pair)).map(|pair| pair[1].start_s);
+    let silent_s = moved.fold(f64::MIN, f64::max) - last_s;
+    println!("the last move comes {silent_s:.3} s after the last answer");
+    assert!(silent_s > 0.9 && silent_s <= 1.0 + 2.0 / 60.0, "{silent_s} s");
+    assert!(!robot.nano().bus().pca9685.drives_any(), "limp in the end");
+    client.run_for(&mut robot, 0.05).unwrap();
+    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::LinkLost)));
 }
