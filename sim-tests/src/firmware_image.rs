@@ -56,6 +56,7 @@ pub enum ImageError {
 #[derive(Debug, Clone)]
 pub struct FirmwareImage {
     flash: Vec<u8>,
+    reset_address: u32,
 }
 
 impl FirmwareImage {
@@ -80,13 +81,35 @@ impl FirmwareImage {
     /// A program of these instruction words, for tests.
     #[cfg(test)]
     pub(crate) fn of_words(words: &[u16]) -> Self {
-        Self { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect() }
+        Self { flash: words.iter().flat_map(|word| word.to_le_bytes()).collect(), reset_address: 0 }
     }
 
     /// Flash from address 0 to the end of the program.
     #[must_use]
     pub fn flash(&self) -> &[u8] {
         &self.flash
+    }
+
+    /// Where the chip starts after a reset, in bytes.
+    #[must_use]
+    pub fn reset_address(&self) -> u32 {
+        self.reset_address
+    }
+
+    /// The same program with a bootloader behind it, which a chip with BOOTRST
+    /// programmed starts first.
+    ///
+    /// # Errors
+    /// [`ImageError::TooLarge`] if they overlap, or the flash ends before it.
+    pub fn with_bootloader(&self, bytes: &[u8], address: u32, path: &Path) -> Result<Self, ImageError> {
+        let end = u64::from(address) + bytes.len() as u64;
+        if end > FLASH_LEN as u64 || self.flash.len() > address as usize {
+            return Err(ImageError::TooLarge { path: path.to_owned(), end });
+        }
+        let mut flash = self.flash.clone();
+        flash.resize(FLASH_LEN, 0xFF);
+        flash[address as usize..end as usize].copy_from_slice(bytes);
+        Ok(Self { flash, reset_address: address })
     }
 
     fn parse(bytes: &[u8], path: &Path) -> Result<Self, ImageError> {
@@ -131,7 +154,7 @@ impl FirmwareImage {
         if flash.is_empty() {
             return Err(not_avr("it holds no program"));
         }
-        Ok(Self { flash })
+        Ok(Self { flash, reset_address: 0 })
     }
 }
 

@@ -13,5 +13,6 @@ pub mod firmware_image;
 pub mod fixtures;
 pub mod nano;
 pub mod pty;
+pub mod report;
 pub mod sim_robot;
 pub mod virtual_robot;

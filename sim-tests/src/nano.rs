@@ -6,15 +6,17 @@
 //! or fell asleep for ever.
 //!
 //! Where simavr is kinder than the chip, this module is not: a serial byte
-//! takes 10 bits instead of 11, the receiver holds 3 bytes instead of 64, and
-//! a START and an address take their time on the bus. What stays kinder:
-//! interrupts are entered in 0 cycles instead of 4, and a STOP takes none.
+//! takes 10 bits instead of 11, the receiver holds 3 bytes instead of 64, a
+//! START and an address take their time on the bus, and an interrupt is entered
+//! in 4 cycles instead of 0. What stays kinder: a STOP takes no time, and the
+//! watchdog's oscillator is exact.
 //!
 //! Longer than a file should be: a bench has many knobs, each with its reason.
 
 mod run;
 #[cfg(test)]
 mod tests;
+pub mod trace;
 mod wires;
 
 use crate::devices::Bus;
@@ -25,6 +27,7 @@ use std::collections::VecDeque;
 use std::ffi::c_void;
 use std::ptr::NonNull;
 use thiserror::Error;
+use trace::Trace;
 use wires::Wires;
 
 /// Cycles a second of the Nano's crystal.
@@ -110,6 +113,7 @@ pub struct Nano {
     /// The START or address under way has been given its time.
     twi_delayed: bool,
     counters: Counters,
+    trace: Option<Box<Trace>>,
 }
 
 impl Nano {
@@ -134,6 +138,8 @@ impl Nano {
             let flash = image.flash();
             std::ptr::copy_nonoverlapping(flash.as_ptr(), (*avr.as_ptr()).flash, flash.len());
             (*avr.as_ptr()).codeend = flash.len() as u32;
+            (*avr.as_ptr()).reset_pc = image.reset_address();
+            (*avr.as_ptr()).pc = image.reset_address();
             wires::find_units(avr)
         };
         let units = found.ok_or(NanoError::UnknownChip)?;
@@ -153,6 +159,7 @@ impl Nano {
             held: None,
             twi_delayed: false,
             counters: Counters::default(),
+            trace: None,
         };
         Ok(nano)
     }
@@ -274,6 +281,35 @@ impl Nano {
     /// Never while no result of [`Self::bus`] is alive.
     pub fn bus_mut(&mut self) -> RefMut<'_, Bus> {
         self.wires().bus.borrow_mut()
+    }
+
+    /// A chip holds the data line low, in the middle of sending a byte, until
+    /// the clock line has been pulled low by hand so many times.
+    pub fn hold_data_line(&mut self, clocks: u8) {
+        self.wires().bus.borrow_mut().hold_data(clocks);
+    }
+
+    /// Notes every instruction from now on; a previous trace is dropped.
+    pub fn start_trace(&mut self, trace: Trace) {
+        self.trace = Some(Box::new(trace));
+    }
+
+    /// Ends the trace, if there is one.
+    pub fn take_trace(&mut self) -> Option<Trace> {
+        self.trace.take().map(|trace| *trace)
+    }
+
+    /// Replaces the instruction word at this address, in bytes, and returns the
+    /// one before; `None`, and nothing happens, beyond the flash.
+    pub fn patch(&mut self, address: u32, word: u16) -> Option<u16> {
+        if address as usize + 2 > FLASH_LEN {
+            return None;
+        }
+        // SAFETY: simavr's flash has FLASH_LEN bytes, and the program stands.
+        unsafe {
+            let place = (*self.avr.as_ptr()).flash.add(address as usize).cast::<[u8; 2]>();
+            Some(u16::from_le_bytes(place.replace(word.to_le_bytes())))
+        }
     }
 
     /// What went wrong so far.

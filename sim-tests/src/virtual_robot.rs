@@ -11,14 +11,14 @@ use crate::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
 use crate::devices::{Bus, Ina219, Pca9685};
 use crate::electric::{Supply, SupplyError, SupplyParameters};
 use crate::firmware_image::FirmwareImage;
-use crate::nano::{CLOCK_HZ, Nano, NanoError};
+use crate::nano::{CLOCK_HZ, Nano, NanoError, seconds};
 use host::robot::Robot;
 use host::sim::{Perturbation, Start, World};
 use serde::Serialize;
 use thiserror::Error;
 
 /// The INA219 board's shunt.
-const SHUNT_OHM: f64 = 0.1;
+pub const SHUNT_OHM: f64 = 0.1;
 /// Truth is noted 60 times a second.
 const STEPS_PER_TRUTH: u64 = 4;
 
@@ -68,7 +68,21 @@ pub struct VirtualRobot {
     steps: u64,
     truth: Vec<Truth>,
     bursts: Vec<Burst>,
+    load: Option<Load>,
 }
+
+/// A load of its own instead of the body's, changing within a PWM frame.
+struct Load {
+    power_w: Box<dyn Fn(f64) -> f64 + Send>,
+    /// When it changes next.
+    next: u64,
+    /// Battery energy at each of its changes, from `began` on.
+    energy_j: Vec<f64>,
+    began: u64,
+}
+
+/// The load's power is looked at this often: 32 us.
+pub const LOAD_STEP_CYCLES: u64 = 512;
 
 impl VirtualRobot {
     /// The robot standing at neutral in its world, servos limp, just powered on.
@@ -110,7 +124,27 @@ impl VirtualRobot {
             steps: 0,
             truth: Vec::new(),
             bursts: Vec::new(),
+            load: None,
         })
+    }
+
+    /// From now on the supply gives this power, a function of the time since
+    /// power-on, whatever the body does.
+    pub fn set_load(&mut self, power_w: impl Fn(f64) -> f64 + Send + 'static) {
+        let began = self.now().next_multiple_of(LOAD_STEP_CYCLES);
+        self.load =
+            Some(Load { power_w: Box::new(power_w), next: began, energy_j: Vec::new(), began });
+    }
+
+    /// The battery's energy at a cycle under [`Self::set_load`]; `None` outside it.
+    #[must_use]
+    pub fn load_energy_j_at(&self, cycle: u64) -> Option<f64> {
+        let load = self.load.as_ref()?;
+        let since = cycle.checked_sub(load.began)?;
+        let index = (since / LOAD_STEP_CYCLES) as usize;
+        let (&before, &after) = (load.energy_j.get(index)?, load.energy_j.get(index + 1)?);
+        let share = (since % LOAD_STEP_CYCLES) as f64 / LOAD_STEP_CYCLES as f64;
+        Some(before + (after - before) * share)
     }
 
     /// Cycles since power-on.
@@ -133,7 +167,12 @@ impl VirtualRobot {
         loop {
             // Step k begins at k/240 s exactly: 200,000 / 3 cycles apart.
             let boundary = (self.steps * CLOCK_HZ).div_ceil(STEPS_PER_S);
-            self.nano.run_until(boundary.min(cycle))?;
+            let load_at = self.load.as_ref().map_or(u64::MAX, |load| load.next);
+            self.nano.run_until(boundary.min(load_at).min(cycle))?;
+            if load_at <= boundary.min(cycle) {
+                self.step_load();
+                continue;
+            }
             if boundary > cycle {
                 self.bursts.extend(self.nano.bus_mut().pca9685.take_bursts());
                 return Ok(());
@@ -188,10 +227,22 @@ impl VirtualRobot {
         let now_s = self.nano.now_s();
         let pulses_us = self.nano.bus_mut().pca9685.pulses_us(now_s);
         let servo_power_w = self.body.step(&self.scale.setpoints_rad(&pulses_us));
-        self.supply.draw(servo_power_w + self.electronics_w, time_s);
-        let (shunt_v, load_v) = (self.supply.shunt_v(), self.supply.load_v());
-        self.nano.bus_mut().ina219.set_inputs(shunt_v, load_v, now_s);
+        if self.load.is_none() {
+            self.supply.draw(servo_power_w + self.electronics_w, time_s);
+            let (shunt_v, load_v) = (self.supply.shunt_v(), self.supply.load_v());
+            self.nano.bus_mut().ina219.set_inputs(shunt_v, load_v, now_s);
+        }
         self.steps += 1;
+    }
+
+    fn step_load(&mut self) {
+        let Some(load) = &mut self.load else { return };
+        let time_s = seconds(load.next);
+        self.supply.draw((load.power_w)(time_s), time_s);
+        load.energy_j.push(self.supply.battery_energy_j());
+        load.next += LOAD_STEP_CYCLES;
+        let (shunt_v, load_v) = (self.supply.shunt_v(), self.supply.load_v());
+        self.nano.bus_mut().ina219.set_inputs(shunt_v, load_v, time_s);
     }
 
     fn truth_at(&self, time_s: f64) -> Truth {

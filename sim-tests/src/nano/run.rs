@@ -5,10 +5,25 @@
 
 use super::{
     CLOCK_HZ, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL, MCUSR_POWER_ON, Nano,
-    NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START,
+    NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START, trace,
 };
 use simavr_ffi as ffi;
 use std::ffi::c_void;
+
+/// SPL, SPH and DDRC, in data space.
+const STACK_LOW: usize = 0x5D;
+const STACK_HIGH: usize = 0x5E;
+const PORT_C_DIRECTIONS: usize = 0x27;
+
+/// The chip between two instructions.
+#[derive(Clone, Copy)]
+struct Look {
+    pc: u32,
+    opcode: u16,
+    cycle: u64,
+    stack: u16,
+    interrupts: bool,
+}
 
 // Not among simavr-ffi's bindings, whose generator leaves sim_core.h out.
 unsafe extern "C" {
@@ -42,11 +57,15 @@ impl Nano {
         self.wires().set_base(cycle);
         self.wires().bus.borrow_mut().abandon();
         self.twi_delayed = false;
+        if let Some(trace) = &mut self.trace {
+            trace.cut();
+        }
     }
 
     /// One round of simavr's main loop, for at most about `room` cycles.
     pub(super) fn step(&mut self, room: u64) -> Result<(), NanoError> {
         let avr = self.avr.as_ptr();
+        let mut traced_from = None;
         // SAFETY: `avr` and its units live until `drop`. The hooks that run in
         // here get at `Wires` alone, of which `self` holds no reference.
         unsafe {
@@ -54,8 +73,13 @@ impl Nano {
                 // simavr runs on until the next timer or interrupt by itself.
                 (*avr).run_cycle_limit = u64::MAX;
                 (*avr).run_cycle_count = (*avr).run_cycle_count.min(room);
+                if self.trace.is_some() {
+                    (*avr).run_cycle_count = 1;
+                    traced_from = Some(self.look());
+                }
                 (*avr).pc = avr_run_one(avr);
             }
+            let after = self.look();
             let pending = (*self.twi.as_ptr()).next_twstate;
             if pending == 0 {
                 self.twi_delayed = false;
@@ -72,6 +96,7 @@ impl Nano {
                 self.after_reset(cycle);
                 return Ok(());
             }
+            let woke_at = (*avr).cycle;
             if (*avr).state == ffi::cpu_Sleeping as i32 {
                 if (*avr).sreg[ffi::S_I as usize] == 0 {
                     return Err(NanoError::AsleepForEver { pc: (*avr).pc, cycle: self.now() });
@@ -86,11 +111,82 @@ impl Nano {
             if !running {
                 return Err(NanoError::AsleepForEver { pc: (*avr).pc, cycle: self.now() });
             }
-            if (*avr).interrupt_state != 0 {
-                ffi::avr_service_interrupts(avr);
+            let slept = (*avr).cycle - woke_at;
+            let entered = self.service_interrupts();
+            if let Some(before) = traced_from {
+                self.note(before, after, slept, entered);
             }
         }
         Ok(())
+    }
+
+    /// Enters the handler that is due, in the time that the chip takes for it.
+    fn service_interrupts(&mut self) -> Option<u8> {
+        // Section 7.7.1: four cycles to the vector.
+        const ENTRY_CYCLES: u64 = 4;
+        const VECTOR_LEN: u32 = 4;
+
+        let avr = self.avr.as_ptr();
+        // SAFETY: `avr` lives until `drop`; no hook of ours runs in here.
+        unsafe {
+            if (*avr).interrupt_state == 0 {
+                return None;
+            }
+            let enabled = (*avr).sreg[ffi::S_I as usize] != 0;
+            ffi::avr_service_interrupts(avr);
+            // simavr clears I exactly when it enters a handler.
+            if !enabled || (*avr).sreg[ffi::S_I as usize] != 0 {
+                return None;
+            }
+            (*avr).cycle += ENTRY_CYCLES;
+            (*avr).run_cycle_count = (*avr).run_cycle_count.saturating_sub(ENTRY_CYCLES).max(1);
+            Some(((*avr).pc / VECTOR_LEN) as u8)
+        }
+    }
+
+    fn look(&self) -> Look {
+        // SAFETY: `avr` lives until `drop`; its registers lie within the data
+        // space, and an instruction always has two bytes of flash behind it.
+        unsafe {
+            let avr = self.avr.as_ptr();
+            let pc = (*avr).pc;
+            let register = |address: usize| *(*avr).data.add(address);
+            let word = (*avr).flash.add(pc.min((*avr).flashend - 1) as usize).cast::<[u8; 2]>();
+            Look {
+                pc,
+                opcode: u16::from_le_bytes(*word),
+                cycle: self.now(),
+                stack: u16::from_le_bytes([register(STACK_LOW), register(STACK_HIGH)]),
+                interrupts: (*avr).sreg[ffi::S_I as usize] != 0,
+            }
+        }
+    }
+
+    fn note(&mut self, before: Look, after: Look, slept: u64, entered: Option<u8>) {
+        let now = self.now();
+        let Some(trace) = &mut self.trace else { return };
+        // SAFETY: `avr` lives until `drop`; data space has DATA_LEN bytes, and
+        // nothing writes to it while the program stands.
+        let (data, bus_busy) = unsafe {
+            let data = std::slice::from_raw_parts((*self.avr.as_ptr()).data, SRAM_START + SRAM_LEN);
+            (data, (*self.twi.as_ptr()).state != 0)
+        };
+        trace.note(&trace::Step {
+            pc: before.pc,
+            next_pc: after.pc,
+            opcode: before.opcode,
+            began: before.cycle,
+            ended: after.cycle,
+            stack_before: before.stack,
+            stack_after: after.stack,
+            interrupts_before: before.interrupts,
+            interrupts_after: after.interrupts,
+            entered: entered.map(|vector| (vector, now)),
+            slept,
+            bus_busy,
+            directions: data[PORT_C_DIRECTIONS],
+            data,
+        });
     }
 
     /// Gives the START or address under way the time it takes on the bus, and

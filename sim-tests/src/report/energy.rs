@@ -1,0 +1,124 @@
+//! The robot's energy against the battery's, under a current that pulses.
+//!
+//! Owns the trials: the real firmware walks while the supply gives a power that
+//! pulses with the servos' PWM and swings with the gait, and its trial energy
+//! is held against what left the battery's terminals meanwhile. What other
+//! settings of the sensor would give on the same loads is in [`schemes`].
+
+pub mod ripple;
+pub mod schemes;
+
+use super::rig::{Firmware, Rig, RigError};
+use crate::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
+use crate::nano::CLOCK_HZ;
+use protocol::FRAME_RATE_HZ;
+use ripple::{Ripple, Shape};
+use schemes::SchemeResult;
+
+/// Mean powers of the robot's, from standing to more than its servos take.
+const MEANS_W: [f64; 4] = [0.3, 1.0, 3.0, 8.0];
+/// 3.05 A at 5 V behind 0.15 ohm, within the sensor's 3.2 A.
+const MAX_PEAK_W: f64 = 13.9;
+/// A trial is a whole number of these.
+pub(crate) const GAIT_PERIOD_S: f64 = 1.2;
+/// The data sheet's span, and the one at which the PWM runs at 60.00 Hz.
+const OSCILLATORS_HZ: [f64; 3] = [24.0e6, 25.067_52e6, 25.5e6];
+/// Counts of a PWM frame at the firmware's prescaler.
+const PWM_COUNTS: f64 = 4096.0 * 102.0;
+
+/// One trial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// The load.
+    pub ripple: Ripple,
+    /// Reported over true, less one, in per cent.
+    pub error_percent: f64,
+}
+
+/// All trials.
+#[derive(Debug)]
+pub struct Energy {
+    /// Of the firmware.
+    pub trials: Vec<Trial>,
+    /// Of other settings of the sensor, on the same loads.
+    pub schemes: Vec<SchemeResult>,
+    /// Seconds of each trial.
+    pub seconds: f64,
+}
+
+impl Energy {
+    /// The trial that is farthest off.
+    #[must_use]
+    pub fn worst(&self) -> Option<Trial> {
+        self.trials.iter().copied().max_by(|a, b| a.error_percent.abs().total_cmp(&b.error_percent.abs()))
+    }
+}
+
+/// The loads that are tried.
+#[must_use]
+pub fn loads() -> Vec<Ripple> {
+    let nominal = NOMINAL_OSCILLATOR_HZ / PWM_COUNTS;
+    let shapes = [
+        Shape::Flat,
+        Shape::Pulse { duty: 0.1 },
+        Shape::Pulse { duty: 0.3 },
+        Shape::Pulse { duty: 0.5 },
+        Shape::Pulse { duty: 0.75 },
+        Shape::Decay { duty: 0.5 },
+        Shape::TwoPulses { duty: 0.15 },
+    ];
+    let mut loads: Vec<Ripple> = MEANS_W
+        .into_iter()
+        .flat_map(|mean_w| shapes.into_iter().map(move |shape| Ripple::new(mean_w, shape, nominal)))
+        .collect();
+    for oscillator_hz in OSCILLATORS_HZ {
+        for mean_w in [1.0, 3.0] {
+            loads.push(Ripple::new(mean_w, Shape::Pulse { duty: 0.3 }, oscillator_hz / PWM_COUNTS));
+        }
+    }
+    loads.retain(|ripple| ripple.peak_w() <= MAX_PEAK_W);
+    loads
+}
+
+/// Walks under each load.
+///
+/// # Errors
+/// [`RigError`] if the robot does not walk, or sends no telemetry.
+pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Energy, RigError> {
+    let periods = (duration_s / GAIT_PERIOD_S).round().max(1.0);
+    let seconds = periods * GAIT_PERIOD_S;
+    let loads = loads();
+    let mut trials = Vec::with_capacity(loads.len());
+    for &ripple in &loads {
+        trials.push(trial(firmware, ripple, seconds)?);
+    }
+    let schemes = schemes::SCHEMES.into_iter().map(|scheme| scheme.try_on(&loads, seconds)).collect();
+    Ok(Energy { trials, schemes, seconds })
+}
+
+fn trial(firmware: &Firmware, ripple: Ripple, duration_s: f64) -> Result<Trial, RigError> {
+    let mut rig = Rig::started(firmware)?;
+    rig.robot.set_load(move |time_s| ripple.power_w(time_s));
+    rig.walk()?;
+    // The first frames of a trial may still hold the sample before it.
+    rig.client.run_for(&mut rig.robot, 0.2)?;
+    let began = rig.robot.now();
+    rig.client.run_for(&mut rig.robot, duration_s + 0.1)?;
+
+    // Two samples a whole number of the load's periods apart: what the sensor
+    // lags behind is then the same at both ends.
+    let frames = (duration_s * f64::from(FRAME_RATE_HZ)).round() as u32;
+    let at = |wanted: Option<u32>| {
+        rig.client
+            .telemetry()
+            .find(|(cycle, sample)| *cycle >= began && wanted.is_none_or(|frame| sample.trial_frames == frame))
+            .ok_or(RigError::Unseen("telemetry of the trial"))
+    };
+    let (first_at, first) = at(None)?;
+    let (_, last) = at(Some(first.trial_frames + frames))?;
+    let last_at = first_at + u64::from(frames) * CLOCK_HZ / u64::from(FRAME_RATE_HZ);
+    let energy_at = |cycle| rig.robot.load_energy_j_at(cycle).ok_or(RigError::Unseen("true energy"));
+    let true_j = energy_at(last_at)? - energy_at(first_at)?;
+    let reported_j = last.trial_energy_uj.saturating_sub(first.trial_energy_uj) as f64 * 1e-6;
+    Ok(Trial { ripple, error_percent: 100.0 * (reported_j / true_j - 1.0) })
+}

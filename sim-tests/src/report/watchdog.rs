@@ -1,0 +1,119 @@
+//! From a hung program to servos without pulses.
+//!
+//! The program is hung by writing `rjmp .` over an instruction of the running
+//! chip's flash: at the main loop's head, where interrupts and so the servo
+//! bursts go on, or at a handler's vector, with interrupts off. After the reset
+//! the instruction is as before, so the program starts as it always does.
+
+use super::bootloader::{self, Bootloader};
+use super::rig::{Firmware, Rig, RigError};
+use crate::nano::{CLOCK_HZ, seconds};
+use protocol::{Event, Message, ResetCause, State};
+
+/// `rjmp .`
+const HANG: u16 = 0xCFFF;
+/// The frame timer's handler, at vector 11.
+const FRAME_VECTOR: u32 = 11 * 4;
+/// A watchdog has up to 8 s; ours must be far below.
+const PATIENCE_CYCLES: u64 = CLOCK_HZ;
+const STEP_CYCLES: u64 = CLOCK_HZ / 20_000;
+
+/// Where the program hangs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hang {
+    /// In the main loop, interrupts on.
+    MainLoop,
+    /// In the frame timer's handler.
+    Handler,
+}
+
+/// One hang.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bite {
+    /// Where it hung.
+    pub hang: Hang,
+    /// With which bootloader; `None` without.
+    pub bootloader: Option<&'static str>,
+    /// Until no servo gets pulses; `None`: longer than a second.
+    pub stop_ms: Option<f64>,
+    /// What the robot says why it started; `None`: nothing within two seconds.
+    pub cause: Option<ResetCause>,
+    /// Whether it is then in a latched fault.
+    pub latched: bool,
+}
+
+/// All hangs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bites {
+    /// Each.
+    pub bites: Vec<Bite>,
+    /// Why bootloaders are left out, those that are.
+    pub not_covered: Vec<String>,
+}
+
+/// Hangs the program in each way, without and with each bootloader there is.
+///
+/// # Errors
+/// [`RigError`] if the robot does not walk before it is hung.
+pub fn measure(firmware: &Firmware) -> Result<Bites, RigError> {
+    let (mut bootloaders, mut not_covered) = (Vec::new(), Vec::new());
+    for bootloader in bootloader::installed() {
+        match bootloader {
+            Ok(bootloader) => bootloaders.push(bootloader),
+            Err(why) => not_covered.push(why.to_string()),
+        }
+    }
+    let mut bites = Vec::new();
+    for bootloader in [None].into_iter().chain(bootloaders.iter().map(Some)) {
+        for hang in [Hang::MainLoop, Hang::Handler] {
+            bites.push(bite(firmware, hang, bootloader)?);
+        }
+    }
+    Ok(Bites { bites, not_covered })
+}
+
+fn bite(firmware: &Firmware, hang: Hang, bootloader: Option<&Bootloader>) -> Result<Bite, RigError> {
+    let mut rig = match bootloader {
+        None => Rig::started(firmware)?,
+        // The old one looks for a programmer for a second or two first.
+        Some(bootloader) => Rig::started_with(&bootloader.with(&firmware.image)?, 4.0)?,
+    };
+    rig.walk()?;
+    rig.client.forget();
+    let resets = rig.robot.nano().counters().watchdog_resets;
+    let address = match hang {
+        Hang::MainLoop => firmware.head,
+        Hang::Handler => FRAME_VECTOR,
+    };
+    let began = rig.robot.now();
+    let before = rig.robot.nano_mut().patch(address, HANG).ok_or(RigError::Unseen("main loop"))?;
+
+    let mut stopped = None;
+    let mut hung = true;
+    while stopped.is_none() && rig.robot.now() < began + PATIENCE_CYCLES {
+        rig.robot.run_until(rig.robot.now() + STEP_CYCLES)?;
+        if hung && rig.robot.nano().counters().watchdog_resets > resets {
+            rig.robot.nano_mut().patch(address, before);
+            hung = false;
+        }
+        let off = rig.robot.take_bursts().into_iter().find(|burst| burst.counts.iter().all(Option::is_none));
+        stopped = off.map(|burst| (burst.stop_s - seconds(began)) * 1e3);
+    }
+    let mut bite = Bite {
+        hang,
+        bootloader: bootloader.map(|bootloader| bootloader.name),
+        stop_ms: stopped,
+        cause: None,
+        latched: false,
+    };
+    if hung {
+        return Ok(bite);
+    }
+    rig.client.run_for(&mut rig.robot, 2.0)?;
+    bite.cause = rig.client.heard().iter().rev().find_map(|(_, message)| match message {
+        Message::Event(Event::Started(cause)) => Some(*cause),
+        _ => None,
+    });
+    bite.latched = bite.cause.is_some() && matches!(rig.status()?.0.state, State::Fault(_));
+    Ok(bite)
+}
