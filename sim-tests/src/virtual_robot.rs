@@ -132,8 +132,7 @@ impl VirtualRobot {
     /// power-on, whatever the body does.
     pub fn set_load(&mut self, power_w: impl Fn(f64) -> f64 + Send + 'static) {
         let began = self.now().next_multiple_of(LOAD_STEP_CYCLES);
-        self.load =
-            Some(Load { power_w: Box::new(power_w), next: began, energy_j: Vec::new(), began });
+        self.load = Some(Load { power_w: Box::new(power_w), next: began, energy_j: Vec::new(), began });
     }
 
     /// The battery's energy at a cycle under [`Self::set_load`]; `None` outside it.

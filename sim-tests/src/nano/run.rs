@@ -74,6 +74,8 @@ impl Nano {
                 (*avr).run_cycle_limit = u64::MAX;
                 (*avr).run_cycle_count = (*avr).run_cycle_count.min(room);
                 if self.trace.is_some() {
+                    // A timer that is set meanwhile raises the count again, up to the limit.
+                    (*avr).run_cycle_limit = 1;
                     (*avr).run_cycle_count = 1;
                     traced_from = Some(self.look());
                 }

@@ -43,6 +43,15 @@ pub(super) struct Step<'a> {
 
 impl Step<'_> {
     const RETI: u16 = 0x9518;
+    /// Ends of the opcodes for I/O addresses 0x3D and 0x3E.
+    const STACK_LOW: u16 = 0x0D;
+    const STACK_HIGH: u16 = 0x0E;
+
+    /// `out` to this half of the stack pointer.
+    fn writes_stack(&self, half: u16) -> bool {
+        const OUT_MASK: u16 = 0xFE0F;
+        self.opcode & OUT_MASK == 0xBE00 | half
+    }
 
     fn is_return_from_interrupt(&self) -> bool {
         self.opcode == Self::RETI
@@ -66,6 +75,8 @@ pub struct Trace {
     pub lowest_stack: Option<u16>,
     /// How many handlers are open.
     depth: u32,
+    /// The stack pointer's high half is new and its low half still old.
+    stack_is_torn: bool,
 }
 
 impl Trace {
@@ -91,13 +102,24 @@ impl Trace {
     pub(super) fn note(&mut self, step: &Step<'_>) {
         let (began, _) = self.span.unwrap_or((step.began, step.ended));
         self.span = Some((began, step.entered.map_or(step.ended, |(_, at)| at) + step.slept));
-        let lowest = self.lowest_stack.unwrap_or(u16::MAX).min(step.stack_after);
-        self.lowest_stack = Some(lowest);
+        // Compilers write the high half first; with half a pointer nothing is pushed.
+        let was_torn = self.stack_is_torn;
+        if step.writes_stack(Step::STACK_HIGH) {
+            self.stack_is_torn = true;
+        } else if step.writes_stack(Step::STACK_LOW) {
+            self.stack_is_torn = false;
+        }
+        if !self.stack_is_torn {
+            let lowest = self.lowest_stack.unwrap_or(u16::MAX).min(step.stack_after);
+            self.lowest_stack = Some(lowest);
+        }
 
         self.interrupts.note(step);
         self.bus.note(step);
         if self.depth == 0 {
-            self.finder.note(step);
+            if !was_torn {
+                self.finder.note(step);
+            }
             if let Some(passes) = &mut self.passes {
                 passes.note(step);
             }
@@ -112,6 +134,7 @@ impl Trace {
     /// The chip was reset: whatever was open is not closed any more.
     pub(super) fn cut(&mut self) {
         self.depth = 0;
+        self.stack_is_torn = false;
         self.interrupts.cut();
         self.bus.cut();
         if let Some(passes) = &mut self.passes {

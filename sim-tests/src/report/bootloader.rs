@@ -70,10 +70,10 @@ impl Bootloader {
 pub fn installed() -> Vec<Result<Bootloader, BootloaderError>> {
     let load = |(name, file, start)| {
         let path = Path::new(FOLDER).join(file);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|_| BootloaderError::Missing { path: path.clone() })?;
-        let bytes = parse_hex(&text, start)
-            .map_err(|line| BootloaderError::Record { path: path.clone(), line })?;
+        let text =
+            std::fs::read_to_string(&path).map_err(|_| BootloaderError::Missing { path: path.clone() })?;
+        let bytes =
+            parse_hex(&text, start).map_err(|line| BootloaderError::Record { path: path.clone(), line })?;
         let end = start as usize + bytes.len();
         if end > FLASH_LEN {
             return Err(BootloaderError::TooLong { path, end });

@@ -185,8 +185,9 @@ fn time_until_told(rig: &mut Rig, fault: BusFault) -> Result<f64, RigError> {
     let began = rig.robot.now();
     fault.begin(rig);
     rig.client.run_for(&mut rig.robot, PATIENCE_S)?;
-    let told = rig.client.heard().iter().find_map(|(cycle, message)| {
-        matches!(message, Message::Event(Event::Fault(_))).then_some(*cycle)
-    });
+    let told =
+        rig.client.heard().iter().find_map(|(cycle, message)| {
+            matches!(message, Message::Event(Event::Fault(_))).then_some(*cycle)
+        });
     Ok(seconds(told.ok_or(RigError::Unseen("event of a lasting bus fault"))? - began) * 1e3)
 }

@@ -52,6 +52,12 @@ impl Energy {
     pub fn worst(&self) -> Option<Trial> {
         self.trials.iter().copied().max_by(|a, b| a.error_percent.abs().total_cmp(&b.error_percent.abs()))
     }
+
+    /// Trials of which the error is within `percent`.
+    #[must_use]
+    pub fn count_within(&self, percent: f64) -> usize {
+        self.trials.iter().filter(|trial| trial.error_percent.abs() <= percent).count()
+    }
 }
 
 /// The loads that are tried.
@@ -111,7 +117,9 @@ fn trial(firmware: &Firmware, ripple: Ripple, duration_s: f64) -> Result<Trial, 
     let at = |wanted: Option<u32>| {
         rig.client
             .telemetry()
-            .find(|(cycle, sample)| *cycle >= began && wanted.is_none_or(|frame| sample.trial_frames == frame))
+            .find(|(cycle, sample)| {
+                *cycle >= began && wanted.is_none_or(|frame| sample.trial_frames == frame)
+            })
             .ok_or(RigError::Unseen("telemetry of the trial"))
     };
     let (first_at, first) = at(None)?;

@@ -73,7 +73,8 @@ impl Source {
 
     fn noise_byte(&mut self) -> u8 {
         // Knuth's MMIX generator; its high bits are the good ones.
-        self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.noise =
+            self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.noise >> 56) as u8
     }
 }
@@ -171,7 +172,8 @@ mod tests {
             assert!(bytes.len() > 2_000, "{}", flood.name());
             if matches!(flood, Flood::Status | Flood::Chunks) {
                 let mut decoder = frame::Decoder::new();
-                let bodies: Vec<_> = bytes.iter().filter_map(|&b| decoder.push(b).map(|f| f.is_ok())).collect();
+                let bodies: Vec<_> =
+                    bytes.iter().filter_map(|&b| decoder.push(b).map(|f| f.is_ok())).collect();
                 assert_eq!(bodies, [true; 300], "{}", flood.name());
             }
         }

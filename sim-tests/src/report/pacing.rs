@@ -9,9 +9,9 @@
 use super::memory::Stack;
 use super::rig::{Firmware, Rig, RigError};
 use super::transfer::Transfers;
+use crate::devices::pca9685::Burst;
 use crate::nano::trace::{InterruptLog, Transfer};
 use crate::nano::{CLOCK_HZ, seconds};
-use crate::devices::pca9685::Burst;
 use protocol::command::Storage;
 use protocol::{FRAME_RATE_HZ, JOINT_COUNT};
 

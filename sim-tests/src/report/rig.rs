@@ -75,8 +75,8 @@ impl Firmware {
     /// [`ImageError`] if it is none.
     pub fn load(path: &Path) -> Result<Self, ImageError> {
         let image = FirmwareImage::load(path)?;
-        let bytes = std::fs::read(path)
-            .map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
+        let bytes =
+            std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
         let elf = Elf::parse(&bytes);
         let statics = [".data", ".bss", ".noinit"].map(|name| elf.section_len(name)).iter().sum::<u32>();
         let statics_end = elf.address_of("_end").unwrap_or(0x100 + statics) as u16;

@@ -4,14 +4,16 @@
 //! `not measured`, with the reason; it is never met.
 
 use super::bus_faults::BusFaults;
+mod details;
+
 use super::elf::Elf;
 use super::energy::Energy;
 use super::load::Load;
 use super::memory::Memory;
 use super::pacing::Pacing;
-use super::watchdog::{Bite, Bites, Hang};
+use super::watchdog::Bites;
+use crate::nano::CLOCK_HZ;
 use crate::nano::trace::InterruptLog;
-use crate::nano::{CLOCK_HZ, seconds};
 use protocol::ResetCause;
 use std::fmt::Write as _;
 
@@ -111,7 +113,7 @@ impl Table {
     /// The table of these measurements.
     #[must_use]
     pub fn of(measured: &Measured) -> Self {
-        Self { figures: figures(measured), details: details(measured) }
+        Self { figures: figures(measured), details: details::of(measured) }
     }
 
     /// Whether every figure is within its bar.
@@ -155,7 +157,8 @@ impl Table {
     /// For programs: each key with its value or null, then verdicts, reasons and details.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
-        let value = |figure: &Figure| figure.value.as_ref().ok().map_or(serde_json::Value::Null, |v| (*v).into());
+        let value =
+            |figure: &Figure| figure.value.as_ref().ok().map_or(serde_json::Value::Null, |v| (*v).into());
         let mut object = serde_json::Map::new();
         for figure in &self.figures {
             object.insert(figure.key.into(), value(figure));
@@ -216,9 +219,19 @@ fn figures(measured: &Measured) -> Vec<Figure> {
         figure("cpu_busy_percent", "processor busy, walking with telemetry (%)", Ok(load.busy_percent), 25.0),
         figure("cpu_busy_flood_percent", "processor busy, and the line flooded (%)", flood, 35.0),
         figure("irq_off_max_us", "interrupts off, longest (us)", longest_off.map(|s| us(s.cycles)), 15.0),
-        figure("isr_max_us", "interrupt handler, longest (us)", longest_handler.map(|h| us(h.longest.cycles)), 15.0),
+        figure(
+            "isr_max_us",
+            "interrupt handler, longest (us)",
+            longest_handler.map(|h| us(h.longest.cycles)),
+            15.0,
+        ),
         figure("flash_bytes", "flash (bytes)", Ok(f64::from(memory.flash_bytes)), 24.0 * 1024.0),
-        figure("ram_peak_bytes", "static memory and deepest stack (bytes)", Ok(f64::from(memory.ram_peak_bytes())), 1640.0),
+        figure(
+            "ram_peak_bytes",
+            "static memory and deepest stack (bytes)",
+            Ok(f64::from(memory.ram_peak_bytes())),
+            1640.0,
+        ),
         figure("upload_ms", "verified upload of a full gait into RAM (ms)", upload, 60.0),
         figure("persist_ms", "upload and save while walking (ms)", persist, 1500.0),
         figure("i2c_fault_max_ms", "bus fault: transfer to a free bus, longest (ms)", fault, 2.0),
@@ -234,7 +247,12 @@ fn figures(measured: &Measured) -> Vec<Figure> {
             none("the firmware has no supply fault"),
             3.0,
         ),
-        figure("watchdog_stop_ms", "hung program to servos off, slow oscillator (ms)", watchdog_stop_ms(watchdog), 150.0),
+        figure(
+            "watchdog_stop_ms",
+            "hung program to servos off, slow oscillator (ms)",
+            watchdog_stop_ms(watchdog),
+            150.0,
+        ),
         figure(
             "energy_error_percent",
             "energy against the battery's, worst load (%)",
@@ -250,8 +268,8 @@ fn watchdog_stop_ms(watchdog: &Bites) -> Result<f64, String> {
     for bite in watchdog.bites.iter().filter(|bite| bite.bootloader.is_none()) {
         match bite.stop_ms {
             Some(stop_ms) if bite.cause == Some(ResetCause::Watchdog) => worst = worst.max(stop_ms),
-            Some(_) => return Err(format!("{} is not reported as a watchdog's reset", hang_name(bite))),
-            None => return Err(format!("{} leaves the servos on", hang_name(bite))),
+            Some(_) => return Err(format!("{} is not reported as a watchdog's reset", bite.hang.name())),
+            None => return Err(format!("{} leaves the servos on", bite.hang.name())),
         }
     }
     Ok(worst * WATCHDOG_SPREAD)
@@ -263,148 +281,6 @@ fn all_interrupts(measured: &Measured) -> InterruptLog {
     all.merge(&measured.load.interrupts);
     all.merge(&measured.faults.interrupts);
     all
-}
-
-fn details(measured: &Measured) -> Vec<String> {
-    let Measured { pacing, load, faults, watchdog, memory, energy, .. } = measured;
-    let lateness = pacing.lateness;
-    let us = |cycles: u64| cycles as f64 / CLOCK_HZ as f64 * 1e6;
-    let mut lines = vec![
-        format!(
-            "frames: {} bursts in {:.1} s with {} uploads and saves; lateness p50 {:.2}, p99 {:.2}, worst {:.2} us \
-             after the earliest; {} frames without a burst; drift {:.4} ppm of the crystal",
-            lateness.bursts,
-            pacing.seconds,
-            pacing.transfers.persist_ms.len(),
-            lateness.p50_us,
-            lateness.p99_us,
-            lateness.max_us,
-            lateness.missing,
-            lateness.drift_ppm
-        ),
-        format!(
-            "idle passes of the main loop take {} to {} cycles; its longest pass without a fault {:.2} ms",
-            load.idle_pass_cycles.0,
-            load.idle_pass_cycles.1,
-            seconds(pacing.longest_pass_cycles.max(load.longest_pass_cycles)) * 1e3
-        ),
-    ];
-    for (flood, percent) in &load.flooded_percent {
-        lines.push(format!("busy under a flood of {}: {percent:.1} %", flood.name()));
-    }
-    lines.push(format!("bytes lost in the receiver: {}", load.receiver_overruns));
-    let interrupts = all_interrupts(measured);
-    for handler in interrupts.handlers() {
-        lines.push(format!(
-            "handler {} ({}): longest {:.2} us, mean {:.2} us",
-            handler.vector,
-            vector_name(handler.vector),
-            us(handler.longest.cycles),
-            us(handler.cycles) / handler.count as f64
-        ));
-    }
-    if let Some(off) = interrupts.longest_off_in_main() {
-        lines.push(format!(
-            "interrupts off in the main program: longest {:.2} us, from {:#06x}{}",
-            us(off.cycles),
-            off.pc,
-            measured.elf.function_at(off.pc).map_or(String::new(), |name| format!(" in {name}"))
-        ));
-    }
-    let by_paint = memory.stack.by_paint.map_or("no paint".into(), |bytes| format!("{bytes} bytes by its paint"));
-    lines.push(format!(
-        "memory: {} bytes static; stack {} bytes by its pointer, {by_paint}; {} bytes left of 2,048",
-        memory.static_bytes,
-        memory.stack.by_pointer,
-        2048_i64 - i64::from(memory.ram_peak_bytes())
-    ));
-    for cost in &faults.costs {
-        let told = cost.told_ms.map_or(String::new(), |ms| format!("; a lasting one is told after {ms:.0} ms"));
-        lines.push(format!(
-            "{} at {} moments: transfer up to {:.2} ms, main loop's pass up to {:.2} ms{told}",
-            cost.fault.name(),
-            faults.moments,
-            cost.transfer_ms,
-            cost.pass_ms
-        ));
-    }
-    lines.extend(watchdog.bites.iter().map(bite_line));
-    lines.extend(watchdog.not_covered.iter().map(|why| format!("watchdog, a bootloader is not covered: {why}")));
-    if let Some(energy) = energy {
-        lines.extend(energy_lines(energy));
-    }
-    lines
-}
-
-fn bite_line(bite: &Bite) -> String {
-    let bootloader = bite.bootloader.map_or("no bootloader".into(), |name| format!("bootloader {name}"));
-    let stop = bite.stop_ms.map_or("servos stay on".into(), |ms| format!("servos off after {ms:.1} ms"));
-    let cause = bite.cause.map_or("says nothing".into(), |cause| format!("says {cause:?}"));
-    let latched = if bite.latched { "latched" } else { "not latched" };
-    format!("watchdog, {}, {bootloader}: {stop}, {cause}, {latched}", hang_name(bite))
-}
-
-fn hang_name(bite: &Bite) -> &'static str {
-    match bite.hang {
-        Hang::MainLoop => "main loop hung",
-        Hang::Handler => "frame handler hung",
-    }
-}
-
-fn energy_lines(energy: &Energy) -> Vec<String> {
-    let mut trials = energy.trials.clone();
-    trials.sort_by(|a, b| b.error_percent.abs().total_cmp(&a.error_percent.abs()));
-    let within = trials.iter().filter(|trial| trial.error_percent.abs() <= 1.0).count();
-    let mut lines = vec![format!(
-        "energy: {} trials of {:.1} s under different loads, {within} of them within 1 %",
-        trials.len(),
-        energy.seconds
-    )];
-    for trial in trials.iter().take(6) {
-        lines.push(format!(
-            "energy at {} W, {}, PWM at {:.2} Hz: {:+.2} %",
-            trial.ripple.mean_w,
-            trial.ripple.shape.name(),
-            trial.ripple.pwm_hz,
-            trial.error_percent
-        ));
-    }
-    for result in &energy.schemes {
-        let worst = result.worst.map_or(String::new(), |ripple| {
-            format!(", at {} W, {}, PWM at {:.2} Hz", ripple.mean_w, ripple.shape.name(), ripple.pwm_hz)
-        });
-        lines.push(format!(
-            "sensor model alone, {}: worst {:+.2} %{worst}",
-            result.scheme.name, result.worst_percent
-        ));
-    }
-    lines
-}
-
-/// ATmega328P data sheet, table 11-1.
-fn vector_name(vector: u8) -> &'static str {
-    match vector {
-        1 => "INT0",
-        2 => "INT1",
-        3..=5 => "PCINT",
-        6 => "WDT",
-        7..=9 => "TIMER2",
-        10 => "TIMER1_CAPT",
-        11 => "TIMER1_COMPA",
-        12 => "TIMER1_COMPB",
-        13 => "TIMER1_OVF",
-        14..=16 => "TIMER0",
-        17 => "SPI",
-        18 => "USART_RX",
-        19 => "USART_UDRE",
-        20 => "USART_TX",
-        21 => "ADC",
-        22 => "EE_READY",
-        23 => "ANALOG_COMP",
-        24 => "TWI",
-        25 => "SPM_READY",
-        _ => "unknown",
-    }
 }
 
 #[cfg(test)]

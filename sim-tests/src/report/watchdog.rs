@@ -14,8 +14,8 @@ use protocol::{Event, Message, ResetCause, State};
 const HANG: u16 = 0xCFFF;
 /// The frame timer's handler, at vector 11.
 const FRAME_VECTOR: u32 = 11 * 4;
-/// A watchdog has up to 8 s; ours must be far below.
-const PATIENCE_CYCLES: u64 = CLOCK_HZ;
+/// The old bootloader takes seconds before it starts the program.
+const PATIENCE_CYCLES: u64 = 5 * CLOCK_HZ;
 const STEP_CYCLES: u64 = CLOCK_HZ / 20_000;
 
 /// Where the program hangs.
@@ -27,6 +27,17 @@ pub enum Hang {
     Handler,
 }
 
+impl Hang {
+    /// For the report.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MainLoop => "main loop hung",
+            Self::Handler => "frame handler hung",
+        }
+    }
+}
+
 /// One hang.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bite {
@@ -34,7 +45,7 @@ pub struct Bite {
     pub hang: Hang,
     /// With which bootloader; `None` without.
     pub bootloader: Option<&'static str>,
-    /// Until no servo gets pulses; `None`: longer than a second.
+    /// Until no servo gets pulses; `None`: longer than five seconds.
     pub stop_ms: Option<f64>,
     /// What the robot says why it started; `None`: nothing within two seconds.
     pub cause: Option<ResetCause>,
@@ -80,6 +91,7 @@ fn bite(firmware: &Firmware, hang: Hang, bootloader: Option<&Bootloader>) -> Res
     };
     rig.walk()?;
     rig.client.forget();
+    rig.robot.take_bursts();
     let resets = rig.robot.nano().counters().watchdog_resets;
     let address = match hang {
         Hang::MainLoop => firmware.head,

@@ -39,7 +39,13 @@ impl Shape {
     fn value(self, phase: f64) -> f64 {
         match self {
             Self::Flat => 1.0,
-            Self::Pulse { duty } => if phase < duty { 1.0 / duty } else { 0.0 },
+            Self::Pulse { duty } => {
+                if phase < duty {
+                    1.0 / duty
+                } else {
+                    0.0
+                }
+            }
             Self::Decay { duty } => (2.0 / duty * (1.0 - phase / duty)).max(0.0),
             Self::TwoPulses { duty } => {
                 let on = phase < duty || (1.0 / 3.0..1.0 / 3.0 + duty).contains(&phase);
@@ -90,6 +96,14 @@ impl Ripple {
     #[must_use]
     pub fn peak_w(&self) -> f64 {
         self.floor_w() + (self.mean_w - self.floor_w()) * (1.0 + SWING) * self.shape.value(0.0)
+    }
+
+    /// Whether PWM and the firmware's frames drift through each other within a
+    /// trial of some seconds; otherwise both see the same moment for ever.
+    #[must_use]
+    pub fn beats(&self) -> bool {
+        const STANDSTILL_HZ: f64 = 0.05;
+        (self.pwm_hz - f64::from(protocol::FRAME_RATE_HZ)).abs() > STANDSTILL_HZ
     }
 
     fn floor_w(&self) -> f64 {
