@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn a_file_that_is_cut_short_anywhere_gives_less_and_no_panic() {
         // A header that points at a section table behind its end.
-        let mut bytes = vec![0_u8; 200];
+        let mut bytes = [0_u8; 200];
         bytes[32..36].copy_from_slice(&60_u32.to_le_bytes());
         bytes[46..48].copy_from_slice(&40_u16.to_le_bytes());
         bytes[48..50].copy_from_slice(&3_u16.to_le_bytes());

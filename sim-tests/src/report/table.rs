@@ -5,6 +5,7 @@
 
 use super::bus_faults::BusFaults;
 mod details;
+mod figures;
 
 use super::elf::Elf;
 use super::energy::Energy;
@@ -12,9 +13,7 @@ use super::load::Load;
 use super::memory::Memory;
 use super::pacing::Pacing;
 use super::watchdog::Bites;
-use crate::nano::CLOCK_HZ;
 use crate::nano::trace::InterruptLog;
-use protocol::ResetCause;
 use std::fmt::Write as _;
 
 /// What the emulator leaves out, and what is done about it.
@@ -23,14 +22,11 @@ pub const EMULATOR: [&str; 8] = [
     "START and address on the bus: 1 and 9 bit times, added to the run itself",
     "a STOP takes no time: up to 4 us a transfer are missing from bus figures",
     "serial bytes: 10 bits each way at each end's own speed, 3 bytes of receiver, added to the run itself",
-    "crystal: exact; a real one moves every frame alike, by up to 50 ppm",
-    "watchdog oscillator: exact here; the chip's own spreads by about 10 %, added to the figure",
+    "crystal: exact; a real one, or the resonator of a cheap board, stretches every time alike",
+    "watchdog oscillator: exact here; the data sheet gives a typical time only, so 10 % are assumed and added",
     "a held data line looks like a transfer that never ends; the chip may notice sooner",
     "USB adapters: none; one that keeps bytes back adds its latency to every step of an upload",
 ];
-
-/// Spread of the watchdog's 128 kHz oscillator over supply and temperature.
-const WATCHDOG_SPREAD: f64 = 1.1;
 
 /// Everything that was measured.
 #[derive(Debug)]
@@ -113,7 +109,7 @@ impl Table {
     /// The table of these measurements.
     #[must_use]
     pub fn of(measured: &Measured) -> Self {
-        Self { figures: figures(measured), details: details::of(measured) }
+        Self { figures: figures::of(measured), details: details::of(measured) }
     }
 
     /// Whether every figure is within its bar.
@@ -182,97 +178,6 @@ impl Table {
 
 fn number(value: f64) -> String {
     if value.fract().abs() < 1e-9 { format!("{value:.0}") } else { format!("{value:.2}") }
-}
-
-fn figures(measured: &Measured) -> Vec<Figure> {
-    let Measured { pacing, load, faults, watchdog, memory, energy, .. } = measured;
-    let us = |cycles: u64| cycles as f64 / CLOCK_HZ as f64 * 1e6;
-    let none = |why: &str| Err(why.to_owned());
-    let interrupts = all_interrupts(measured);
-    let longest_off = interrupts.longest_off().ok_or("no interrupt was seen".to_owned());
-    let longest_handler = interrupts.longest_handler().ok_or("no interrupt was seen".to_owned());
-    let upload = pacing.transfers.slowest_upload_ms().ok_or("no upload ended".to_owned());
-    let persist = pacing.transfers.slowest_persist_ms().ok_or("no save ended".to_owned());
-    let flood = load.worst_flood().map(|(_, percent)| percent).ok_or("no flood ran".to_owned());
-    let fault = faults.worst().map(|cost| cost.transfer_ms).ok_or("no fault was put in".to_owned());
-    let energy_error = energy.as_ref().and_then(Energy::worst).map(|trial| trial.error_percent.abs());
-    let lateness = pacing.lateness;
-    let every_frame = if lateness.missing == 0 {
-        Ok(())
-    } else {
-        Err(format!("{} frames had no burst at all", lateness.missing))
-    };
-    let figure = |key, what, value, bar| Figure { key, what, value, bar };
-    vec![
-        figure(
-            "frame_jitter_p99_us",
-            "servo burst against the 60 Hz grid, 99 of 100 (us)",
-            every_frame.clone().map(|()| lateness.p99_us),
-            5.0,
-        ),
-        figure(
-            "frame_jitter_max_us",
-            "servo burst against the 60 Hz grid, worst (us)",
-            every_frame.map(|()| lateness.max_us),
-            10.0,
-        ),
-        figure("cpu_busy_percent", "processor busy, walking with telemetry (%)", Ok(load.busy_percent), 25.0),
-        figure("cpu_busy_flood_percent", "processor busy, and the line flooded (%)", flood, 35.0),
-        figure("irq_off_max_us", "interrupts off, longest (us)", longest_off.map(|s| us(s.cycles)), 15.0),
-        figure(
-            "isr_max_us",
-            "interrupt handler, longest (us)",
-            longest_handler.map(|h| us(h.longest.cycles)),
-            15.0,
-        ),
-        figure("flash_bytes", "flash (bytes)", Ok(f64::from(memory.flash_bytes)), 24.0 * 1024.0),
-        figure(
-            "ram_peak_bytes",
-            "static memory and deepest stack (bytes)",
-            Ok(f64::from(memory.ram_peak_bytes())),
-            1640.0,
-        ),
-        figure("upload_ms", "verified upload of a full gait into RAM (ms)", upload, 60.0),
-        figure("persist_ms", "upload and save while walking (ms)", persist, 1500.0),
-        figure("i2c_fault_max_ms", "bus fault: transfer to a free bus, longest (ms)", fault, 2.0),
-        figure(
-            "link_loss_stop_ms",
-            "link lost while streaming: servos stop (ms)",
-            none("the firmware has no streaming mode"),
-            100.0,
-        ),
-        figure(
-            "supply_fault_stop_frames",
-            "undervoltage or overcurrent: stop (frames after debounce)",
-            none("the firmware has no supply fault"),
-            3.0,
-        ),
-        figure(
-            "watchdog_stop_ms",
-            "hung program to servos off, slow oscillator (ms)",
-            watchdog_stop_ms(watchdog),
-            150.0,
-        ),
-        figure(
-            "energy_error_percent",
-            "energy against the battery's, worst load (%)",
-            energy_error.ok_or("no trial ended".to_owned()),
-            1.0,
-        ),
-    ]
-}
-
-/// The slowest hang without a bootloader, on the slowest oscillator.
-fn watchdog_stop_ms(watchdog: &Bites) -> Result<f64, String> {
-    let mut worst = 0.0_f64;
-    for bite in watchdog.bites.iter().filter(|bite| bite.bootloader.is_none()) {
-        match bite.stop_ms {
-            Some(stop_ms) if bite.cause == Some(ResetCause::Watchdog) => worst = worst.max(stop_ms),
-            Some(_) => return Err(format!("{} is not reported as a watchdog's reset", bite.hang.name())),
-            None => return Err(format!("{} leaves the servos on", bite.hang.name())),
-        }
-    }
-    Ok(worst * WATCHDOG_SPREAD)
 }
 
 fn all_interrupts(measured: &Measured) -> InterruptLog {

@@ -4,7 +4,8 @@
 //! the status in which the robot names the gait's CRC-32 as its own. A save
 //! runs from the same beginning to the status that calls it saved: the robot
 //! has read it back by then. The host here answers within 0.1 ms; an adapter
-//! that keeps bytes back adds its latency to each of an upload's steps.
+//! that keeps bytes back adds its latency to each of an upload's steps. The EEPROM
+//! is erased at first, so the first save of either slot writes every byte.
 
 use super::rig::{Rig, RigError};
 use crate::nano::seconds;
@@ -60,5 +61,5 @@ impl Transfers {
 
 fn crc32_of(table: &GaitTable) -> Option<u32> {
     let mut buffer = [0; MAX_ENCODED_LEN];
-    table.encode(&mut buffer).ok().map(|bytes| GaitTable::crc32_of(bytes))
+    table.encode(&mut buffer).ok().map(GaitTable::crc32_of)
 }

@@ -113,7 +113,6 @@ impl Ripple {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::report::energy::loads;
 
     #[test]
