@@ -13,7 +13,7 @@ use crate::fixtures::{self, Gait};
 use crate::nano::trace::Trace;
 use crate::nano::{CLOCK_HZ, NanoError};
 use crate::virtual_robot::{BuildError, VirtualRobot};
-use host::robot::{Robot, RobotError};
+use host::robot::{Robot, RobotError, Supply};
 use protocol::{Command, GaitTable, Reply, State, Status};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -127,7 +127,10 @@ impl Rig {
     /// [`RigError`] if it does not start.
     pub fn started_with(image: &FirmwareImage, patience_s: f64) -> Result<Self, RigError> {
         let body = Box::new(Bench::new(SERVO_POWER_W));
-        let robot = VirtualRobot::with_body(image, &Robot::ant(1.0)?, body, NOMINAL_OSCILLATOR_HZ)?;
+        // A stiff supply: the loads that are tried must not look like a flat battery.
+        let supply = Supply { nominal_v: 6.0, resistance_ohm: 0.02 };
+        let description = Robot { supply, ..Robot::ant(1.0)? };
+        let robot = VirtualRobot::with_body(image, &description, body, NOMINAL_OSCILLATOR_HZ)?;
         let mut rig = Self { robot, client: Client::new(), uploads: 0 };
         rig.client.run_for(&mut rig.robot, patience_s)?;
         Ok(rig)
@@ -148,7 +151,8 @@ impl Rig {
     /// [`RigError`] if it does not walk.
     pub fn walk_on(&mut self) -> Result<(), RigError> {
         self.client.expect_done(&mut self.robot, Command::StreamTelemetry { every_frames: 1 })?;
-        self.client.expect_done(&mut self.robot, Command::Walk { amplitude: None, frames: None, detached: true })?;
+        self.client
+            .expect_done(&mut self.robot, Command::Walk { amplitude: None, frames: None, detached: true })?;
         self.wait_for(State::Walking)
     }
 
