@@ -18,7 +18,7 @@ use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Numbers to train with: the paper's (a quarter of an hour on two cores) or a first gait in minutes
+    /// Numbers to train with: the paper's (250,000 updates) or a first gait in minutes (55,000)
     #[arg(long, value_enum, default_value = "paper", conflicts_with_all = ["config", "resume"])]
     preset: Preset,
 
