@@ -5,7 +5,8 @@
 //! last one is answered again and not carried out twice, so a host that missed
 //! an answer may simply repeat itself.
 
-use crate::gait::{Amplitude, GaitError, Name};
+use crate::calibration::CalibrationError;
+use crate::gait::{Amplitude, GaitError, Name, Speed};
 use crate::telemetry::{Fault, ResetCause, State};
 use serde::{Deserialize, Serialize};
 
@@ -25,12 +26,12 @@ pub enum Command<D = Chunk> {
     },
     /// What are you doing?
     Status,
-    /// A gait of `len` bytes (CRC included) follows in chunks.
+    /// A gait or a calibration of `len` bytes (CRC included) follows in chunks.
     UploadBegin {
         /// Length of the encoded table.
         len: u16,
     },
-    /// A piece of the encoded table; pieces may arrive in any order.
+    /// A piece of the encoded table; no piece may leave a gap before it.
     UploadChunk {
         /// Where the piece starts.
         offset: u16,
@@ -44,8 +45,13 @@ pub enum Command<D = Chunk> {
         /// Also save both to EEPROM, while going on with whatever is going on.
         persist: bool,
     },
-    /// A piece of the active table, for a host that wants to compare.
-    ReadGait {
+    /// All pieces of a [`crate::Calibration`] are there: verify, use and save it,
+    /// or change nothing. Only while the servos are limp.
+    CalibrationCommit,
+    /// A piece of a record, for a host that wants to compare.
+    Read {
+        /// Which one.
+        record: Record,
         /// Where the piece starts.
         offset: u16,
     },
@@ -61,11 +67,18 @@ pub enum Command<D = Chunk> {
         frames: Option<u32>,
         /// Whether it walks on without a host.
         detached: bool,
+        /// Whether everything happens but the pulses: a rehearsal with limp servos.
+        dry_run: bool,
     },
-    /// Stop walking, hold for a moment, then let the servos go limp.
+    /// Stop walking: go to the gait's centre at bounded joint speed, hold for a
+    /// moment, then let the servos go limp.
     Stop,
     /// Scale the gait from now on, without a jump.
     SetAmplitude(Amplitude),
+    /// Play the gait faster, slower, or not at all from now on, without a jump.
+    ///
+    /// A new walk starts at speed 1.0.
+    SetSpeed(Speed),
     /// Stream telemetry every this many frames; 0 is off.
     StreamTelemetry {
         /// 1 is every frame, 60 a second.
@@ -73,6 +86,52 @@ pub enum Command<D = Chunk> {
     },
     /// Leave the fault state, if its cause is gone.
     ClearFault,
+    /// Play setpoints from the host: move slowly to the first, then take one a
+    /// frame. A buffer that runs dry ends the walk.
+    Stream,
+    /// The next setpoints of a stream, answered by [`Reply::Buffered`], or
+    /// refused whole with [`Refusal::StreamFull`].
+    Setpoints {
+        /// 1 to [`crate::STREAM_CAPACITY`] poses of 8 angles, each an i16 in
+        /// 1/256 degree, little endian, in joint order.
+        data: D,
+    },
+    /// What a place for gaits holds.
+    StoredGait {
+        /// 0 to [`crate::GAIT_SLOTS`] - 1.
+        slot: u8,
+    },
+    /// Make a stored gait the active one, now and at every start.
+    SelectGait {
+        /// Its place.
+        slot: u8,
+    },
+    /// Forget a stored gait; the active one stays active until the next start.
+    EraseGait {
+        /// Its place.
+        slot: u8,
+    },
+    /// Send pulses to one output alone, all others limp: for calibrating.
+    ///
+    /// The output goes limp when no command has come for
+    /// [`crate::LINK_TIMEOUT_FRAMES`].
+    Nudge {
+        /// PCA9685 output, 0 to 7.
+        channel: u8,
+        /// Pulse length in PWM counts; 0 ends it.
+        counts: u16,
+    },
+}
+
+/// What can be read from a robot in pieces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Record {
+    /// The active gait, as it was uploaded.
+    Gait,
+    /// The [`crate::Calibration`] in use.
+    Calibration,
+    /// The [`crate::TrialRecord`] of the last walk; empty if there is none.
+    LastTrial,
 }
 
 /// Up to [`MAX_CHUNK_LEN`] bytes of a gait table.
@@ -143,8 +202,23 @@ pub enum Reply<D = Chunk> {
     Done,
     /// To [`Command::Status`].
     Status(Status),
-    /// To [`Command::ReadGait`]; empty past the end of the table.
-    GaitChunk(D),
+    /// To [`Command::Read`]; empty past the end of the record.
+    Piece(D),
+    /// To [`Command::Setpoints`]: how many are buffered now.
+    Buffered(u8),
+    /// To [`Command::StoredGait`].
+    Stored(Option<StoredGait>),
+}
+
+/// A gait in the robot's EEPROM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredGait {
+    /// Its name.
+    pub name: Name,
+    /// Its default amplitude.
+    pub amplitude: Amplitude,
+    /// Whether the robot starts with it.
+    pub at_start: bool,
 }
 
 /// Who the robot is.
@@ -173,6 +247,10 @@ pub struct Limits {
     pub min_amplitude: Amplitude,
     /// Largest amplitude.
     pub max_amplitude: Amplitude,
+    /// Gaits that it stores.
+    pub gait_slots: u8,
+    /// Setpoints that it buffers.
+    pub stream_capacity: u8,
 }
 
 /// What the robot is doing, and with what.
@@ -184,10 +262,33 @@ pub struct Status {
     pub gait: Option<ActiveGait>,
     /// Whether the active gait survives power-off.
     pub storage: Storage,
+    /// Where its calibration comes from.
+    pub calibration: CalibrationSource,
     /// Supply voltage at the last sample.
     pub bus_mv: u16,
+    /// Why it last started.
+    pub reset_cause: ResetCause,
+    /// Frames since it did.
+    pub uptime_frames: u32,
+    /// Bytes of memory that the deepest stack has left untouched.
+    pub stack_left: u16,
     /// Frames from the wire that failed their CRC or made no sense.
     pub bad_frames: u16,
+    /// Bytes from the wire that found no room.
+    pub dropped_bytes: u16,
+    /// Transfers on the two-wire bus that failed.
+    pub bus_errors: u16,
+}
+
+/// Where a robot's calibration comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CalibrationSource {
+    /// None is stored: [`crate::Calibration::authors`].
+    Default,
+    /// From EEPROM, or on its way there.
+    Stored,
+    /// It is in use, but the EEPROM did not take it.
+    NotSaved,
 }
 
 /// The gait that [`Command::Walk`] would play.
@@ -227,7 +328,8 @@ pub enum Refusal {
     } = 1,
     /// The frame was intact but holds no command of this version.
     Unknown,
-    /// A length or an offset is beyond the announced table, or a chunk came first.
+    /// A length or an offset is beyond the announced table or leaves a gap, or a
+    /// chunk came first.
     UploadRange,
     /// Pieces of the announced table are missing.
     UploadIncomplete,
@@ -250,4 +352,18 @@ pub enum Refusal {
         /// Voltage at the last sample.
         bus_mv: u16,
     },
+    /// All places for gaits are taken by gaits of other names: erase one first.
+    StorageFull,
+    /// There is no such place, or nothing in it.
+    NoSuchGait,
+    /// What came is no calibration.
+    BadCalibration(CalibrationError),
+    /// Not while the servos are on: stop first.
+    ServosOn,
+    /// The buffer has no room for these setpoints; send them again.
+    StreamFull,
+    /// Setpoints outside a stream, or not 1 to [`crate::STREAM_CAPACITY`] whole poses.
+    NoStream,
+    /// A speed, an output or a pulse is out of its range.
+    Range,
 }

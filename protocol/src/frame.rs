@@ -2,6 +2,11 @@
 //!
 //! `COBS(postcard(message) ++ crc16_le) ++ 0`. A receiver that lost a byte is
 //! back in step at the next zero. Refuses to guess: a frame is whole or gone.
+//!
+//! COBS replaces two values here instead of one: 0, and [`STOP_BYTE`], which so
+//! never occurs within a frame and stops the robot wherever it arrives. A code
+//! byte is the distance to the next replaced byte, plus [`STOP_FLAG`] if that
+//! one was a stop byte; frames without one are plain COBS.
 
 use crate::command::{Chunk, Command, MAX_CHUNK_LEN};
 use crate::crc::crc16;
@@ -12,6 +17,16 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 pub const MAX_BODY_LEN: usize = MAX_CHUNK_LEN + 10;
 /// Longest frame in bytes: body, CRC, one COBS code byte, and the delimiter.
 pub const MAX_FRAME_LEN: usize = MAX_BODY_LEN + 2 + 1 + 1;
+
+/// Stops a robot in the middle of whatever else is on the line: the walk ends
+/// where it is, and the servos go limp a second later. It is no frame and has no
+/// answer but the event.
+pub const STOP_BYTE: u8 = 0xD2;
+/// In a code byte: what it points to was a [`STOP_BYTE`].
+const STOP_FLAG: u8 = 0x80;
+
+// Code bytes must be neither of the two.
+const _: () = assert!(MAX_FRAME_LEN < STOP_FLAG as usize && MAX_FRAME_LEN as u8 | STOP_FLAG < STOP_BYTE);
 
 /// A command with its sequence number; `D` as in [`Command`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,13 +65,16 @@ pub fn encode<'b, T: Serialize>(
     buffer[body_len + 1..body_len + 3].copy_from_slice(&crc);
     let end = body_len + 3;
 
-    // Below 254 bytes, COBS in place is a chain of distances between zeros.
+    // So short, COBS in place is a chain of distances between replaced bytes.
     let mut code_at = 0;
     for i in 1..end {
-        if buffer[i] == 0 {
-            buffer[code_at] = (i - code_at) as u8;
-            code_at = i;
-        }
+        let flag = match buffer[i] {
+            0 => 0,
+            STOP_BYTE => STOP_FLAG,
+            _ => continue,
+        };
+        buffer[code_at] = (i - code_at) as u8 | flag;
+        code_at = i;
     }
     buffer[code_at] = (end - code_at) as u8;
     buffer[end] = 0;
@@ -90,9 +108,6 @@ impl Flavor for Body<'_> {
     }
 }
 
-// One code byte reaches to the end only while a frame is shorter than this.
-const _: () = assert!(MAX_FRAME_LEN <= 255);
-
 /// Undoes COBS and checks the CRC of one frame, delimiter excluded, in place.
 ///
 /// # Errors
@@ -101,15 +116,19 @@ pub fn unframe(frame: &mut [u8]) -> Result<&[u8], FrameError> {
     if frame.len() >= MAX_FRAME_LEN {
         return Err(FrameError::TooLong);
     }
-    let mut code_at = 0;
-    while code_at < frame.len() {
-        let code = frame[code_at] as usize;
-        let next = code_at + code;
-        if code == 0 || next > frame.len() {
+    let (mut code_at, mut replaced) = (0, 0);
+    while let Some(place) = frame.get_mut(code_at) {
+        let code = core::mem::replace(place, replaced);
+        let distance = usize::from(code & !STOP_FLAG);
+        code_at += distance;
+        replaced = if code & STOP_FLAG == 0 { 0 } else { STOP_BYTE };
+        if distance == 0 {
             return Err(FrameError::Cobs);
         }
-        frame[code_at] = 0;
-        code_at = next;
+    }
+    // The last one points to the end, where nothing was replaced.
+    if code_at != frame.len() || replaced != 0 {
+        return Err(FrameError::Cobs);
     }
     let (body, crc) = frame.get(1..).and_then(|f| f.split_last_chunk::<2>()).ok_or(FrameError::Cobs)?;
     if crc16(body) != u16::from_le_bytes(*crc) {

@@ -2,33 +2,45 @@
 //! gait into joint angles.
 //!
 //! Owns the wire messages ([`command`], [`telemetry`]), their framing
-//! ([`frame`]), the gait table and its integer evaluation ([`gait`]), and the
-//! order of the joints ([`joint`]). Refuses everything else: no ports, no
+//! ([`frame`]), the gait table and its integer evaluation ([`gait`]), the
+//! records that a robot keeps ([`calibration`], [`trial`]), and the order of the
+//! joints ([`joint`]). Refuses everything else: no ports, no
 //! clocks, no allocation, no floating point outside [`gait`]'s quantisation,
 //! which only the host calls.
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod calibration;
 pub mod command;
 pub mod crc;
 pub mod frame;
 pub mod gait;
 pub mod joint;
 pub mod telemetry;
+pub mod trial;
 
+pub use calibration::Calibration;
 pub use command::{Chunk, Command, HelloReply, Limits, Refusal, Reply, Status};
-pub use gait::{Amplitude, Angle, GaitTable, JointCurve, Name};
+pub use gait::{Amplitude, Angle, GaitTable, JointCurve, Name, Speed};
 pub use joint::{JOINT_COUNT, Joint};
-pub use telemetry::{Event, Fault, Message, ResetCause, State, Telemetry};
+pub use telemetry::{Event, Fault, Message, ResetCause, State, Telemetry, WalkEnd};
+pub use trial::TrialRecord;
 
 /// Version of the messages in this crate; host and robot must agree exactly.
 ///
 /// [`Command::Hello`] and [`Refusal::ProtocolVersion`] keep their encoding in
 /// every version, so that two strangers can at least say why they part.
-pub const PROTOCOL_VERSION: u8 = 2;
+pub const PROTOCOL_VERSION: u8 = 3;
 
 /// Gait frames a second: one setpoint per joint and one energy sample each.
 pub const FRAME_RATE_HZ: u32 = 60;
 
 /// Frames without a command after which an attached walk stops: 1 s.
 pub const LINK_TIMEOUT_FRAMES: u8 = 60;
+
+/// Setpoints that a robot buffers: 67 ms of a late host, and a stream that ends
+/// is noticed within 0.1 s.
+pub const STREAM_CAPACITY: u8 = 4;
+
+/// Gaits that a robot stores.
+pub const GAIT_SLOTS: u8 = 3;

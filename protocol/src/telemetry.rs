@@ -28,9 +28,11 @@ pub enum State {
     Idle,
     /// Moving slowly to the gait's first pose.
     Entering,
-    /// Playing the gait.
+    /// Playing the gait, or setpoints from the host.
     Walking,
-    /// Standing still with servos on, shortly before going limp.
+    /// On the way to a stand, at bounded joint speed.
+    Stopping,
+    /// Standing still with servos on: paused, or shortly before going limp.
     Holding,
     /// Servos off until [`crate::Command::ClearFault`].
     Fault(Fault),
@@ -50,6 +52,33 @@ pub enum Fault {
     Undervoltage,
     /// The supply gave more current than its wires and the sensor are made for.
     Overcurrent,
+}
+
+impl Fault {
+    /// All faults.
+    pub const ALL: [Self; 5] =
+        [Self::ServoDriverLost, Self::SensorLost, Self::Watchdog, Self::Undervoltage, Self::Overcurrent];
+}
+
+/// Why a walk ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum WalkEnd {
+    /// The frames that it was asked for are played.
+    // In memory, not on the wire: no end is then the 0 of a robot that starts.
+    Finished = 1,
+    /// [`crate::Command::Stop`].
+    Asked,
+    /// It depended on its host, and no command came any more.
+    LinkLost,
+    /// The byte [`crate::frame::STOP_BYTE`].
+    StopByte,
+    /// The button on the robot.
+    Button,
+    /// The host streamed setpoints, and the next one was not there in time.
+    StreamDry,
+    /// Something broke; latched.
+    Fault(Fault),
 }
 
 /// Why the robot last started.
@@ -101,8 +130,6 @@ pub enum Event {
     Started(ResetCause),
     /// Stopped by itself and latched.
     Fault(Fault),
-    /// Played the frames it was asked for.
-    WalkFinished,
-    /// Stopped an attached walk because no command came any more.
-    LinkLost,
+    /// A walk ended for another reason than a fault.
+    WalkEnded(WalkEnd),
 }
