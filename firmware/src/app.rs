@@ -26,7 +26,7 @@ use heapless::Deque;
 use protocol::command::{ActiveGait, Storage};
 use protocol::{Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Refusal, Reply, ResetCause, State, Telemetry};
 
-use crate::hal::{Board, Bus, FrameClock, Light, Watchdog};
+use crate::hal::{Board, Bus, FrameClock, Panel, Watchdog};
 use crate::limits::Calibration;
 use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
@@ -184,7 +184,8 @@ impl App {
             self.count(true);
         }
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
-        board.light().set(self.is_lit());
+        board.panel().light(self.is_lit());
+        board.panel().enable_outputs(self.servos_on());
         self.live = self.staged;
         self.uncounted = true;
         self.bus_work = BusWork::Burst;

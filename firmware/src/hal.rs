@@ -1,4 +1,4 @@
-//! What embedded-hal lacks: frames, a prepared burst, a serial ring, memory, a watchdog, a light.
+//! What embedded-hal lacks: frames, bursts and readings by interrupt, a serial ring, memory, a panel.
 //!
 //! Owns the line between logic and board. Nothing here may wait without a
 //! bound; where a call can take longer than a few microseconds, it says so.
@@ -28,6 +28,15 @@ pub enum BurstState {
     Failed,
 }
 
+/// Both of the sensor's inputs, as its registers have them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Reading {
+    /// Register 2: the voltage in the upper 13 bits, flags below.
+    pub bus: u16,
+    /// Register 1.
+    pub shunt: i16,
+}
+
 /// The I2C bus with a burst that the frame timer starts by itself.
 ///
 /// Transactions through [`I2c`] end within 2.5 ms, whatever hangs on the bus:
@@ -44,6 +53,12 @@ pub trait Bus: I2c {
     /// Clocks a stuck chip free and starts over; takes 0.2 ms once the burst is
     /// over.
     fn recover(&mut self);
+
+    /// The oldest reading that the board took by itself and nobody has seen.
+    fn take_reading(&mut self) -> Option<Reading>;
+
+    /// Transfers that failed since the start, those of the board itself included.
+    fn errors(&self) -> u16;
 }
 
 /// The serial port behind its two rings.
@@ -56,6 +71,16 @@ pub trait SerialRing {
 
     /// Queues one byte; lost if there is no room, so ask first.
     fn write(&mut self, byte: u8);
+
+    /// Whether there is a frame's end, or a good many bytes, to read: until
+    /// then the main loop has better things to do.
+    fn is_worth_reading(&mut self) -> bool;
+
+    /// Whether the stop byte came since the last call, in or between frames.
+    fn take_stop(&mut self) -> bool;
+
+    /// Received bytes that were lost: a full ring, or a receiver read too late.
+    fn dropped(&self) -> u16;
 }
 
 /// Memory that survives power-off; one byte at a time, each taking milliseconds.
@@ -76,10 +101,16 @@ pub trait Watchdog {
     fn feed(&mut self, servos_on: bool);
 }
 
-/// The light on the board.
-pub trait Light {
-    /// Switches it on or off.
-    fn set(&mut self, on: bool);
+/// What a person sees and touches, and the servos' common switch.
+pub trait Panel {
+    /// Switches the light on or off.
+    fn light(&mut self, on: bool);
+
+    /// Whether the start button is held down; the caller waits out its bounces.
+    fn is_button_pressed(&mut self) -> bool;
+
+    /// Lets pulses out of the servo driver, where its `/OE` is wired at all.
+    fn enable_outputs(&mut self, on: bool);
 }
 
 /// A board: one of each.
@@ -97,7 +128,7 @@ pub trait Board {
     /// What watches the main loop.
     type Watchdog: Watchdog;
     /// What shows the state without a host.
-    type Light: Light;
+    type Panel: Panel;
 
     /// The bus with both chips.
     fn bus(&mut self) -> &mut Self::Bus;
@@ -112,5 +143,7 @@ pub trait Board {
     /// What watches the main loop.
     fn watchdog(&mut self) -> &mut Self::Watchdog;
     /// What shows the state without a host.
-    fn light(&mut self) -> &mut Self::Light;
+    fn panel(&mut self) -> &mut Self::Panel;
+    /// Bytes between static memory and the deepest stack so far.
+    fn stack_left(&self) -> u16;
 }

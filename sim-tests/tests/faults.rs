@@ -330,3 +330,18 @@ fn the_light_tells_idle_walking_and_fault_apart() {
     assert!((63..=65).contains(&on_the_way.0) && (7..=8).contains(&on_the_way.1), "{on_the_way:?}");
     assert!((63..=65).contains(&faulted.0) && (31..=32).contains(&faulted.1), "{faulted:?}");
 }
+
+#[test]
+fn the_output_enable_follows_the_servos_and_falls_with_a_fault() {
+    let mut robot = SimRobot::new();
+    robot.run_frames(5);
+
+    let limp = robot.board.outputs_enabled();
+    let mut robot = walking();
+    let on_the_way = robot.board.outputs_enabled();
+    robot.board.chips.unplug(Chip::Ina219);
+    robot.run_until(State::Fault(Fault::SensorLost));
+    let faulted = robot.board.outputs_enabled();
+
+    assert_eq!((limp, on_the_way, faulted), (false, true, false));
+}

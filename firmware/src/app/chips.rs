@@ -8,7 +8,7 @@
 use protocol::{Event, Fault, Refusal};
 
 use super::App;
-use crate::hal::{Board, BurstState, Bus, FrameClock};
+use crate::hal::{Board, BurstState, Bus, FrameClock, Panel};
 use crate::limits::{
     BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES, START_MV,
     SUPPLY_FAULT_FRAMES,
@@ -169,6 +169,7 @@ impl App {
     }
 
     pub(super) fn switch_off(&mut self, board: &mut impl Board) {
+        board.panel().enable_outputs(false);
         // A chip that misses this gets the same in every frame's burst.
         if servos::switch_off(board.bus()).is_err() {
             board.bus().recover();

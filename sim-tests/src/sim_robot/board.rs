@@ -11,7 +11,7 @@ mod bus;
 use crate::devices::Bus as Chips;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::Operation;
-use firmware::hal::{Board, FrameClock, Light, PersistentMemory, SerialRing, Watchdog};
+use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, SerialRing, Watchdog};
 use firmware::servos::{self, ServoBurst};
 use protocol::FRAME_RATE_HZ;
 use std::cell::Cell;
@@ -34,6 +34,9 @@ const SERIAL_BYTE_NS: u64 = 86_806;
 const RING_CAPACITY: usize = 127;
 /// One byte of EEPROM.
 const MEMORY_WRITE_NS: u64 = 3_400_000;
+/// A figure for a stack that is not there.
+const STACK_LEFT: u16 = 300;
+
 /// The simulated board.
 pub struct SimBoard {
     now_ns: u64,
@@ -59,6 +62,11 @@ pub struct SimBoard {
     longest_unfed_ns: u64,
     servos_noted_on: bool,
     is_lit: bool,
+    outputs_enabled: bool,
+    /// Whether somebody holds the start button down.
+    pub is_button_down: bool,
+    dropped_bytes: u16,
+    bus_errors: u16,
     waited_ns: Rc<Cell<u64>>,
 }
 
@@ -89,6 +97,10 @@ impl SimBoard {
             longest_unfed_ns: 0,
             servos_noted_on: false,
             is_lit: false,
+            outputs_enabled: false,
+            is_button_down: false,
+            dropped_bytes: 0,
+            bus_errors: 0,
             waited_ns: Rc::default(),
         }
     }
@@ -137,6 +149,12 @@ impl SimBoard {
     #[must_use]
     pub fn is_lit(&self) -> bool {
         self.is_lit
+    }
+
+    /// Whether the servo driver's `/OE` lets pulses out.
+    #[must_use]
+    pub fn outputs_enabled(&self) -> bool {
+        self.outputs_enabled
     }
 
     /// The persistent memory.
@@ -192,6 +210,8 @@ impl SimBoard {
             // A full ring drops the byte, as the board does.
             if self.received.len() < RING_CAPACITY {
                 self.received.push_back(byte);
+            } else {
+                self.dropped_bytes = self.dropped_bytes.saturating_add(1);
             }
             self.incoming_next_ns += SERIAL_BYTE_NS;
         }
@@ -237,6 +257,18 @@ impl SerialRing for SimBoard {
         assert!(self.room() > 0, "a byte was written without asking for room");
         self.to_send.push_back(byte);
     }
+
+    fn is_worth_reading(&mut self) -> bool {
+        !self.received.is_empty()
+    }
+
+    fn take_stop(&mut self) -> bool {
+        false
+    }
+
+    fn dropped(&self) -> u16 {
+        self.dropped_bytes
+    }
 }
 
 impl PersistentMemory for SimBoard {
@@ -264,9 +296,17 @@ impl Watchdog for SimBoard {
     }
 }
 
-impl Light for SimBoard {
-    fn set(&mut self, on: bool) {
+impl Panel for SimBoard {
+    fn light(&mut self, on: bool) {
         self.is_lit = on;
+    }
+
+    fn is_button_pressed(&mut self) -> bool {
+        self.is_button_down
+    }
+
+    fn enable_outputs(&mut self, on: bool) {
+        self.outputs_enabled = on;
     }
 }
 
@@ -278,7 +318,7 @@ impl Board for SimBoard {
     type Serial = Self;
     type Memory = Self;
     type Watchdog = Self;
-    type Light = Self;
+    type Panel = Self;
     fn bus(&mut self) -> &mut Self {
         self
     }
@@ -297,7 +337,10 @@ impl Board for SimBoard {
     fn watchdog(&mut self) -> &mut Self {
         self
     }
-    fn light(&mut self) -> &mut Self {
+    fn panel(&mut self) -> &mut Self {
         self
+    }
+    fn stack_left(&self) -> u16 {
+        STACK_LEFT
     }
 }

@@ -5,6 +5,8 @@
 //! | A4 (PC4) | SDA of PCA9685 (0x40) and INA219 (0x41) |
 //! | A5 (PC5) | SCL of both |
 //! | D0, D1 | USB serial, 115,200 baud |
+//! | D2 (PD2) | start button to ground, optional |
+//! | D4 (PD4) | `/OE` of the PCA9685, optional, with 10 k to 5 V |
 //! | D13 (PB5) | the light on the board: see `firmware::app` |
 //!
 //! Owns every register and interrupt of the chip, one module each. Refuses to
@@ -15,7 +17,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod eeprom;
-mod light;
+mod panel;
 mod reset;
 mod stack;
 mod timer;
@@ -34,7 +36,7 @@ struct Nano {
     serial: usart::Usart,
     memory: eeprom::Eeprom,
     watchdog: reset::Watchdog,
-    light: light::Light,
+    panel: panel::Panel,
 }
 
 impl Board for Nano {
@@ -44,7 +46,7 @@ impl Board for Nano {
     type Serial = usart::Usart;
     type Memory = eeprom::Eeprom;
     type Watchdog = reset::Watchdog;
-    type Light = light::Light;
+    type Panel = panel::Panel;
 
     fn bus(&mut self) -> &mut twi::Twi {
         &mut self.bus
@@ -70,8 +72,12 @@ impl Board for Nano {
         &mut self.watchdog
     }
 
-    fn light(&mut self) -> &mut light::Light {
-        &mut self.light
+    fn panel(&mut self) -> &mut panel::Panel {
+        &mut self.panel
+    }
+
+    fn stack_left(&self) -> u16 {
+        stack::left()
     }
 }
 
@@ -89,6 +95,7 @@ fn main() -> ! {
     // refers to the static.
     let app = unsafe { &mut *APP.0.get() };
 
+    let panel = panel::Panel::start();
     // A watchdog that caused this reset is still on, at its shortest period.
     let boot = reset::take_cause();
     // The servos come first: the PCA9685 pulses on through a reset of the Nano.
@@ -106,7 +113,7 @@ fn main() -> ! {
         serial: usart::Usart::start(),
         memory: eeprom::Eeprom::start(),
         watchdog: reset::Watchdog::start(),
-        light: light::Light::start(),
+        panel,
     };
     // SAFETY: no critical section is open, and every interrupt's state has its
     // start value.

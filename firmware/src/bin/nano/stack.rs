@@ -2,7 +2,7 @@
 //!
 //! A stack that runs into data is silent on an AVR. Whoever looks at the
 //! memory between `_end` and the stack finds [`PAINT`] in every byte that was
-//! never used; `sim-tests/tests/nano/stack.rs` does.
+//! never used: [`left`], and `sim-tests/tests/nano/stack.rs`.
 
 use core::arch::asm;
 
@@ -29,4 +29,17 @@ pub fn paint() {
             at = at.add(1);
         }
     }
+}
+
+/// Bytes above the static data that were never used.
+pub fn left() -> u16 {
+    let first = &raw const _end;
+    let mut at = first;
+    // The loop ends at the latest where the stack of this very call begins.
+    // SAFETY: memory between the statics and the stack; volatile, because the
+    // compiler knows of nobody who writes there.
+    while unsafe { at.read_volatile() } == PAINT {
+        at = at.wrapping_add(1);
+    }
+    at as u16 - first as u16
 }

@@ -13,7 +13,7 @@ use avr_device::atmega328p::{PORTC, TWI, portc, twi};
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 use core::cell::Cell;
 
-use firmware::hal::{BurstState, Bus};
+use firmware::hal::{BurstState, Bus, Reading};
 use firmware::servos::{self, ServoBurst};
 
 use super::timer::{self, TICKS_PER_US};
@@ -214,5 +214,13 @@ impl Bus for Twi {
         scl_low(false);
         sda_low(false);
         self.release();
+    }
+
+    fn take_reading(&mut self) -> Option<Reading> {
+        None
+    }
+
+    fn errors(&self) -> u16 {
+        0
     }
 }

@@ -128,4 +128,16 @@ impl SerialRing for Usart {
         interrupt::free(|cs| TO_SEND.borrow(cs).push(byte));
         enable(true);
     }
+
+    fn is_worth_reading(&mut self) -> bool {
+        interrupt::free(|cs| RECEIVED.borrow(cs).len()) > 0
+    }
+
+    fn take_stop(&mut self) -> bool {
+        false
+    }
+
+    fn dropped(&self) -> u16 {
+        0
+    }
 }

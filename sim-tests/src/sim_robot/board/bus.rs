@@ -5,7 +5,7 @@
 
 use super::{BUS_BYTE_NS, BUS_TIMEOUT_NS, SimBoard};
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
-use firmware::hal::{BurstState, Bus};
+use firmware::hal::{BurstState, Bus, Reading};
 use firmware::servos::ServoBurst;
 
 /// A transfer ended early.
@@ -34,6 +34,7 @@ impl SimBoard {
         operations: &mut [Operation<'_>],
     ) -> (Result<(), SimBusError>, u64) {
         if self.chips.is_stuck() {
+            self.bus_errors = self.bus_errors.saturating_add(1);
             return (Err(SimBusError::Timeout), BUS_TIMEOUT_NS);
         }
         let now_s = self.now_s();
@@ -69,6 +70,7 @@ impl SimBoard {
             }
         }
         self.chips.stop(now_s);
+        self.bus_errors = self.bus_errors.saturating_add(u16::from(result.is_err()));
         (result, bytes * BUS_BYTE_NS)
     }
 }
@@ -108,5 +110,13 @@ impl Bus for SimBoard {
             self.chips.clock();
         }
         self.advance(200_000);
+    }
+
+    fn take_reading(&mut self) -> Option<Reading> {
+        None
+    }
+
+    fn errors(&self) -> u16 {
+        self.bus_errors
     }
 }
