@@ -9,9 +9,9 @@
 //! is told otherwise.
 //!
 //! The board's light tells the state without a host: a wink a second is idle,
-//! an even blink is walking or on the way to it, steady light is holding, and a
-//! fast flicker is a fault. A light that does not change is a hung program, or
-//! a robot that holds, which it does for a second only.
+//! an even blink is walking or on the way to or from it, steady light is holding,
+//! and a fast flicker is a fault. A light that does not change is a hung program,
+//! or a robot that holds, which it does for a second only, unless it was paused.
 //!
 //! The parts of a turn are kept from being inlined: in one function, the locals
 //! of all of them would lie on the stack all the time.
@@ -21,18 +21,19 @@
 
 mod chips;
 mod commands;
+mod walks;
 
 use heapless::Deque;
-use protocol::command::{ActiveGait, Storage};
-use protocol::{Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Refusal, Reply, ResetCause, State, Telemetry};
+use protocol::command::{CalibrationSource, Storage};
+use protocol::gait::Encoded;
+use protocol::{Amplitude, Calibration, Event, Fault, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd};
 
-use crate::hal::{Board, Bus, FrameClock, Panel, Watchdog};
-use crate::limits::Calibration;
+use crate::hal::{Board, Bus, FrameClock, Panel, SerialRing, Watchdog};
 use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
 use crate::power::{Sample, Trial};
 use crate::servos;
-use crate::store::{Saved, Store};
+use crate::store::{Kind, Saved, Store};
 use crate::upload::Upload;
 use chips::BusWork;
 
@@ -45,23 +46,50 @@ pub struct Boot {
     pub servos_were_on: bool,
 }
 
+/// Pulses for one output alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Nudge {
+    channel: u8,
+    counts: u16,
+}
+
+/// How a walk ended, while its trial is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Ended {
+    end: WalkEnd,
+    amplitude: Amplitude,
+    gait_crc32: u32,
+}
+
 /// The robot.
 #[derive(Debug)]
 pub struct App {
     player: Player,
     calibration: Calibration,
-    gait: GaitTable,
-    active: Option<ActiveGait>,
+    calibration_source: CalibrationSource,
+    gait: Encoded,
+    /// The active gait's own.
+    amplitude: Amplitude,
     storage: Storage,
     store: Store,
     upload: Upload,
     link: Link,
+    /// Whether the last command was setpoints, whose answer tells the buffer.
+    streamed: bool,
     /// Frames since the last command.
     silent_frames: u8,
     /// Whether the walk goes on without them.
     detached: bool,
+    /// Whether the walk is a rehearsal without pulses.
+    dry_run: bool,
+    nudge: Option<Nudge>,
     fault: Option<Fault>,
     trial: Trial,
+    /// Why the walk is over, while its last frames are still counted.
+    ending: Option<WalkEnd>,
+    ended: Option<Ended>,
+    /// Whether its trial is still to be saved.
+    trial_due: bool,
     sample: Sample,
     telemetry_every: u8,
     reset_cause: ResetCause,
@@ -81,6 +109,9 @@ pub struct App {
     low_samples: u8,
     /// Samples in a row with too much current.
     high_samples: u8,
+    is_button_down: bool,
+    /// Frames for which the button has been otherwise.
+    button_frames: u8,
 }
 
 impl Default for App {
@@ -93,22 +124,29 @@ impl App {
     /// A robot that has not started: call [`Self::boot`].
     ///
     /// All of it is zeros, and [`Self::boot`] sets what is not: as a static with
-    /// any other value, its 0.8 KB would lie in flash too.
+    /// any other value, its 0.9 KB would lie in flash too.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             player: Player::new(),
             calibration: Calibration::NONE,
-            gait: GaitTable::EMPTY,
-            active: None,
+            calibration_source: CalibrationSource::Default,
+            gait: Encoded::EMPTY,
+            amplitude: Amplitude::UNSET,
             storage: Storage::RamOnly,
             store: Store::new(),
             upload: Upload::new(),
             link: Link::new(),
+            streamed: false,
             silent_frames: 0,
             detached: false,
+            dry_run: false,
+            nudge: None,
             fault: None,
             trial: Trial::NONE,
+            ending: None,
+            ended: None,
+            trial_due: false,
             sample: Sample::NONE,
             telemetry_every: 0,
             reset_cause: ResetCause::PowerOn,
@@ -125,22 +163,24 @@ impl App {
             sensor_misses: 0,
             low_samples: 0,
             high_samples: 0,
+            is_button_down: false,
+            button_frames: 0,
         }
     }
 
-    /// Servos off, chips configured, stored gait loaded.
+    /// Servos off, chips configured, stored calibration and gait loaded.
     ///
     /// A chip that does not answer is no fault yet: nothing moves, and
     /// [`protocol::Command::Walk`] looks again.
     #[inline(never)]
     pub fn boot(&mut self, board: &mut impl Board, boot: Boot) {
         self.reset_cause = boot.cause;
-        self.calibration.set_default();
         self.switch_off(board);
+        self.load_calibration(board);
         let _ = self.configure_chips(board);
         // There is no sample yet.
         self.sensor_misses = 1;
-        self.load_gait(board);
+        self.load_start_gait(board);
         self.booted = true;
         self.tell(Event::Started(boot.cause));
         if boot.cause == ResetCause::Watchdog && boot.servos_were_on {
@@ -153,6 +193,9 @@ impl App {
         let frames = board.clock().take_frames();
         if frames > 0 {
             self.start_frame(board, frames);
+        }
+        if board.serial().take_stop() {
+            self.halt(WalkEnd::StopByte);
         }
         self.use_bus(board);
         self.listen(board);
@@ -170,10 +213,14 @@ impl App {
         if let Some(fault) = self.fault {
             return State::Fault(fault);
         }
+        if self.nudge.is_some() || self.player.is_paused() {
+            return State::Holding;
+        }
         match self.player.mode() {
             Mode::Limp => State::Idle,
             Mode::Entering => State::Entering,
             Mode::Walking => State::Walking,
+            Mode::Stopping => State::Stopping,
             Mode::Holding(_) => State::Holding,
         }
     }
@@ -184,15 +231,18 @@ impl App {
             self.count(true);
         }
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
-        board.panel().light(self.is_lit());
-        board.panel().enable_outputs(self.servos_on());
         self.live = self.staged;
         self.uncounted = true;
         self.bus_work = BusWork::Burst;
-        self.stream(board);
+        self.conclude();
+        self.send_telemetry(board);
+        self.watch_button(board);
         self.depend_on_link(frames);
-        self.staged = self.player.step(&self.gait);
+        self.advance();
         self.stage(board);
+        let (is_lit, servos_on) = (self.is_lit(), self.servos_on());
+        board.panel().light(is_lit);
+        board.panel().enable_outputs(servos_on);
     }
 
     const fn is_lit(&self) -> bool {
@@ -200,26 +250,18 @@ impl App {
         match self.state() {
             State::Booting => false,
             State::Idle => frame & 0x3F < 4,
-            State::Entering | State::Walking => frame & 0x10 != 0,
+            State::Entering | State::Walking | State::Stopping => frame & 0x10 != 0,
             State::Holding => true,
             State::Fault(_) => frame & 0x04 != 0,
-        }
-    }
-
-    /// Stops an attached walk that nobody has asked about for too long.
-    fn depend_on_link(&mut self, frames: u8) {
-        self.silent_frames = self.silent_frames.saturating_add(frames);
-        let is_walking = matches!(self.player.mode(), Mode::Entering | Mode::Walking);
-        if is_walking && !self.detached && self.silent_frames >= LINK_TIMEOUT_FRAMES {
-            self.player.stop();
-            self.tell(Event::LinkLost);
         }
     }
 
     /// Hands over the burst of the coming frame.
     fn stage(&mut self, board: &mut impl Board) {
         let mut burst = servos::limp_burst();
-        if self.staged.servos_on {
+        if let Some(Nudge { channel, counts }) = self.nudge {
+            servos::set_pulse(&mut burst, channel, counts);
+        } else if self.staged.servos_on {
             servos::set_pulses(&mut burst, self.player.pose(), &self.calibration);
         }
         board.bus().stage(&burst);
@@ -231,7 +273,7 @@ impl App {
     }
 
     #[inline(never)]
-    fn stream(&mut self, board: &mut impl Board) {
+    fn send_telemetry(&mut self, board: &mut impl Board) {
         if self.telemetry_every == 0 {
             return;
         }
@@ -265,33 +307,64 @@ impl App {
         if self.live.gait {
             self.trial.add(self.sample, self.live.clipped, missed);
         }
-        if self.live.last {
-            self.tell(Event::WalkFinished);
-        }
     }
 
     #[inline(never)]
-    fn load_gait(&mut self, board: &mut impl Board) {
-        let gait = &mut self.gait;
-        let buffer = self.upload.buffer_mut();
-        let stored = self.store.load(board.memory(), buffer, |table| gait.decode_into(table).is_ok());
-        if let Some(stored) = stored {
-            self.active = Some(ActiveGait {
-                name: self.gait.name,
-                crc32: GaitTable::crc32_of(&self.upload.buffer()[..stored.len]),
-                amplitude: stored.amplitude,
-            });
-            self.storage = Storage::Saved;
+    fn load_calibration(&mut self, board: &mut impl Board) {
+        let (memory, buffer) = (board.memory(), self.upload.buffer_mut());
+        if self.store.load_calibration(memory, buffer, &mut self.calibration) {
+            self.calibration_source = CalibrationSource::Stored;
+        } else {
+            self.calibration.set_authors();
         }
+    }
+
+    fn load_start_gait(&mut self, board: &mut impl Board) {
+        let start = self.store.start_slot(board.memory());
+        for slot in [start, 0, 1, 2] {
+            if self.load_gait(board, slot).is_ok() {
+                return;
+            }
+        }
+    }
+
+    /// Makes the gait stored in `slot` the active one.
+    ///
+    /// # Errors
+    /// Why it is not; the active one stays.
+    #[inline(never)]
+    fn load_gait(&mut self, board: &mut impl Board, slot: u8) -> Result<(), Refusal> {
+        // The buffer is used up: what had been announced is gone.
+        self.upload.close();
+        let buffer = self.upload.buffer_mut();
+        let (amplitude, len) = self.store.load_gait(board.memory(), slot, buffer)?;
+        let encoding = buffer.get(..len).unwrap_or(&[]);
+        self.gait.replace(encoding).map_err(Refusal::BadGait)?;
+        self.amplitude = amplitude;
+        self.storage = Storage::Saved;
+        Ok(())
     }
 
     #[inline(never)]
     fn save(&mut self, board: &mut impl Board) {
-        match self.store.step(board.memory(), self.upload.buffer()) {
+        self.save_trial(board);
+        let record;
+        let payload: &[u8] = match self.store.saving() {
+            None => return,
+            Some(Kind::Gait) => self.gait.bytes(),
+            Some(Kind::Calibration) => self.calibration.bytes(),
+            Some(Kind::Trial) => {
+                record = self.trial_record();
+                &record
+            }
+        };
+        let Some(Saved { kind, verified }) = self.store.step(board.memory(), payload) else { return };
+        match kind {
             // Another amplitude since it began, and what was saved is not what is active.
-            Some(Saved::Verified) if self.storage == Storage::Saving => self.storage = Storage::Saved,
-            Some(Saved::Failed) => self.storage = Storage::Failed,
-            Some(Saved::Verified) | None => {}
+            Kind::Gait if verified && self.storage == Storage::Saving => self.storage = Storage::Saved,
+            Kind::Gait if !verified => self.storage = Storage::Failed,
+            Kind::Calibration if !verified => self.calibration_source = CalibrationSource::NotSaved,
+            Kind::Gait | Kind::Calibration | Kind::Trial => {}
         }
     }
 
@@ -304,6 +377,7 @@ impl App {
         }
         let (seq, outcome) = match heard {
             Heard::Command(seq, command) => {
+                self.streamed = matches!(command, link::Command::Setpoints { .. });
                 let Some(outcome) = self.obey(board, seq, &command) else { return };
                 self.link.remember(outcome);
                 (seq, outcome)
@@ -311,7 +385,12 @@ impl App {
             Heard::Repeat(seq, outcome) => (seq, outcome),
             Heard::Unknown(seq) => (seq, Err(Refusal::Unknown)),
         };
-        link::answer(board.serial(), seq, outcome.map_or_else(Reply::Refused, |()| Reply::Done));
+        let reply = match outcome {
+            Err(refusal) => Reply::Refused(refusal),
+            Ok(()) if self.streamed => Reply::Buffered(self.upload.waiting()),
+            Ok(()) => Reply::Done,
+        };
+        link::answer(board.serial(), seq, reply);
     }
 
     fn tell(&mut self, event: Event) {

@@ -14,8 +14,6 @@ use ina219::configuration::{
 };
 use protocol::FRAME_RATE_HZ;
 
-use crate::limits::{OVERCURRENT_MA, UNDERVOLTAGE_MV};
-
 /// Bus address 0x41, A0 high: both chips come out of the box at 0x40.
 const ADDRESS: Address = Address::from_pins(Pin::Vcc, Pin::Gnd);
 /// Bus voltage per count.
@@ -24,14 +22,12 @@ const MV_PER_COUNT: u16 = 4;
 const UA_PER_COUNT: i32 = 100;
 /// The shunt register at the end of its /8 range: 320 mV.
 const SHUNT_FULL_SCALE: u16 = 32_000;
-/// The limit in counts of the shunt.
-const OVERCURRENT_COUNTS: i16 = (OVERCURRENT_MA as i32 * 1_000 / UA_PER_COUNT) as i16;
+const COUNTS_PER_MA: i16 = (1_000 / UA_PER_COUNT) as i16;
 /// One product of counts is 4 mV * 100 uA for 1/60 s: 400 / 60 nJ, so this
 /// many products make a microjoule.
 const PRODUCTS_PER_UJ: i32 = FRAME_RATE_HZ as i32 * 1_000 / (MV_PER_COUNT as i32 * 100);
 
 const _: () = assert!(PRODUCTS_PER_UJ == 150);
-const _: () = assert!((OVERCURRENT_COUNTS as u16) < SHUNT_FULL_SCALE);
 
 /// 8 samples averaged on both channels: 8.5 ms, half a frame. 16 would take
 /// longer than a frame, and a single one would alias with the servos' PWM.
@@ -87,16 +83,11 @@ impl Sample {
         self.shunt_counts as i32 * UA_PER_COUNT
     }
 
-    /// Whether the voltage is too low to go on with.
+    /// Whether the current is at `limit_ma` or more.
     #[must_use]
-    pub const fn is_undervoltage(self) -> bool {
-        self.bus_mv() < UNDERVOLTAGE_MV
-    }
-
-    /// Whether the current is too high to go on with.
-    #[must_use]
-    pub const fn is_overcurrent(self) -> bool {
-        self.shunt_counts >= OVERCURRENT_COUNTS
+    pub const fn is_above_ma(self, limit_ma: u16) -> bool {
+        // 10 counts a milliampere, and at most 3,150 of these: it fits.
+        self.shunt_counts >= limit_ma as i16 * COUNTS_PER_MA
     }
 
     /// What leaves the battery, in products of a bus and a shunt count.

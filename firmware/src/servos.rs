@@ -6,15 +6,11 @@
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
-use protocol::{Angle, JOINT_COUNT, Joint};
+use protocol::{Angle, Calibration, JOINT_COUNT, Joint};
 use pwm_pca9685::{Channel, Error, OutputDriver, Pca9685, ProgrammableAddress};
-
-use crate::limits::Calibration;
 
 /// Bus address with all address pins low.
 pub const ADDRESS: u8 = 0x40;
-/// 25 MHz / 4096 / (101 + 1) = 59.8 Hz, 4.08 us a count.
-pub const PRESCALE: u8 = 101;
 
 /// Register of the first output, and four bytes for each of eight outputs.
 pub type ServoBurst = [u8; 1 + 4 * JOINT_COUNT];
@@ -57,12 +53,12 @@ pub fn switch_off(bus: &mut impl I2c) -> Result<(), ServoFault> {
 ///
 /// # Errors
 /// What is wrong with the chip.
-pub fn configure(bus: &mut impl I2c, delay: &mut impl DelayNs) -> Result<(), ServoFault> {
+pub fn configure(bus: &mut impl I2c, delay: &mut impl DelayNs, prescale: u8) -> Result<(), ServoFault> {
     let mut chip = Pca9685::new(&mut *bus, ADDRESS)?;
     // The prescaler is writable only in sleep (data sheet 7.3.5), and after a
     // warm reset of the Nano the chip is awake.
     chip.disable()?;
-    chip.set_prescale(PRESCALE)?;
+    chip.set_prescale(prescale)?;
     chip.disable_programmable_address(ProgrammableAddress::AllCall)?;
     chip.set_output_driver(OutputDriver::TotemPole)?;
     chip.set_channel_full_off(Channel::All)?;
@@ -70,17 +66,17 @@ pub fn configure(bus: &mut impl I2c, delay: &mut impl DelayNs) -> Result<(), Ser
     // after wake-up (7.3.1.1). All outputs are off: nothing moves.
     chip.restart(delay)?;
     chip.enable()?;
-    check(bus)
+    check(bus, prescale)
 }
 
 /// Whether the chip still has its configuration.
 ///
 /// # Errors
 /// What is wrong with the chip.
-pub fn check(bus: &mut impl I2c) -> Result<(), ServoFault> {
+pub fn check(bus: &mut impl I2c, prescale: u8) -> Result<(), ServoFault> {
     let mode1 = read(bus, MODE1)? & MODE1_MASK;
-    let prescale = read(bus, PRE_SCALE)?;
-    if mode1 == MODE1_RUNNING && prescale == PRESCALE { Ok(()) } else { Err(ServoFault::WrongConfiguration) }
+    let is_ours = read(bus, PRE_SCALE)? == prescale;
+    if mode1 == MODE1_RUNNING && is_ours { Ok(()) } else { Err(ServoFault::WrongConfiguration) }
 }
 
 fn read(bus: &mut impl I2c, register: u8) -> Result<u8, ServoFault> {
@@ -92,13 +88,17 @@ fn read(bus: &mut impl I2c, register: u8) -> Result<u8, ServoFault> {
 /// Gives each joint its pulse in a burst that starts as [`limp_burst`].
 pub fn set_pulses(burst: &mut ServoBurst, pose: &[Angle; JOINT_COUNT], calibration: &Calibration) {
     for joint in Joint::ALL {
-        let channel = calibration.joints[joint.index()].channel as usize;
-        let counts = calibration.counts(joint, pose[joint.index()]);
-        let [low, high] = counts.to_le_bytes();
-        // On at count 0, off at the pulse's end.
-        if let Some([on_low, on_high, off_low, off_high]) = burst.get_mut(1 + 4 * channel..5 + 4 * channel) {
-            (*on_low, *on_high, *off_low, *off_high) = (0, 0, low, high);
-        }
+        let servo = calibration.joint(joint);
+        set_pulse(burst, servo.channel, servo.counts(pose[joint.index()].units()));
+    }
+}
+
+/// Gives one output its pulse; others stay as they are.
+pub fn set_pulse(burst: &mut ServoBurst, channel: u8, counts: u16) {
+    let [low, high] = counts.to_le_bytes();
+    // On at count 0, off at the pulse's end.
+    if let Some(output) = burst.get_mut(1 + 4 * usize::from(channel)..).and_then(<[u8]>::first_chunk_mut) {
+        *output = [0, 0, low, high];
     }
 }
 

@@ -1,88 +1,98 @@
-//! Keeps one gait and its amplitude through power-off.
+//! What survives power-off: gaits, the calibration, the last trial.
 //!
-//! Owns two slots of the persistent memory and writes them in turn, a byte
-//! whenever the memory is ready, so saving never holds up a frame. A slot
-//! counts only with its mark, which is cleared first and set last, after the
-//! rest has been read back: whenever the power goes, the other slot is whole.
-//! Refuses to save twice at once.
+//! Owns the layout of the persistent memory and writes it a byte whenever the
+//! memory is ready, so saving never holds up a frame. A place counts only with
+//! its mark, which is cleared first and set last, after the rest has been read
+//! back. A gait or calibration goes to a free place and the one it replaces is
+//! given up last of all: whenever the power goes, one of them is whole. The one
+//! trial is simply lost then. Refuses to write over a gait.
 //!
-//! Slot: mark, generation (2, little endian), amplitude (2), length (2), table
-//! (256), CRC-16 of generation to table (2). Bytes that are right already are
-//! not written again: each takes 3.4 ms and wears.
+//! | from | place | bytes |
+//! |---|---|---|
+//! | 0, 271, 542 | gait | mark, amplitude (2), length (2), encoding (264), CRC-16 (2) |
+//! | 813, 900 | calibration | mark, record (84), CRC-16 (2) |
+//! | 987 | gait to start with | 0 to 2 |
+//! | 988 | last trial | mark, record (23), CRC-16 (2) |
+//!
+//! Bytes that are right already are not written again: each takes 3.4 ms and
+//! wears.
 
-use protocol::Amplitude;
+use protocol::calibration::CALIBRATION_LEN;
+use protocol::command::StoredGait;
 use protocol::gait::MAX_ENCODED_LEN;
+use protocol::trial::TRIAL_LEN;
+use protocol::{Amplitude, Calibration, GAIT_SLOTS, Name, Refusal};
 
 use crate::hal::PersistentMemory;
 
-const HEADER_LEN: u16 = 6;
-const SLOT_LEN: u16 = 1 + HEADER_LEN + MAX_ENCODED_LEN as u16 + 2;
-/// Where the slots start; what lies behind the second one is free.
-pub const SLOTS: [u16; 2] = [0, 320];
-const _: () = assert!(SLOT_LEN <= SLOTS[1]);
+/// Amplitude and length.
+const GAIT_HEAD_LEN: u16 = 4;
+const CRC_LEN: u16 = 2;
+/// Bytes of a place for gaits.
+pub const GAIT_PLACE_LEN: u16 = 1 + GAIT_HEAD_LEN + MAX_ENCODED_LEN as u16 + CRC_LEN;
+/// Where the places for calibrations start.
+pub const CALIBRATION_PLACES: [u16; 2] =
+    [GAIT_SLOTS as u16 * GAIT_PLACE_LEN, GAIT_SLOTS as u16 * GAIT_PLACE_LEN + CALIBRATION_PLACE_LEN];
+const CALIBRATION_PLACE_LEN: u16 = 1 + CALIBRATION_LEN as u16 + CRC_LEN;
+/// Where the number of the first gait stands.
+pub const START_PLACE: u16 = CALIBRATION_PLACES[1] + CALIBRATION_PLACE_LEN;
+/// Where the trial starts.
+pub const TRIAL_PLACE: u16 = START_PLACE + 1;
+const _: () = assert!(TRIAL_PLACE + 1 + TRIAL_LEN as u16 + CRC_LEN <= 1024);
+/// The name within an encoding.
+const NAME: u16 = 1;
 
 const WHOLE: u8 = 0xA5;
 const VOID: u8 = 0x00;
 
-/// What a finished save found.
+/// What can be saved.
+// From 1, so that no job is all zeros: a start value that takes no flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Saved {
-    /// The slot reads back as written.
-    Verified,
-    /// It does not; the other slot is as it was.
-    Failed,
+#[repr(u8)]
+pub enum Kind {
+    /// The active gait.
+    Gait = 1,
+    /// The calibration in use.
+    Calibration,
+    /// The trial that ended last.
+    Trial,
 }
 
-/// A stored gait, its table left in the caller's buffer.
+/// How a save ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stored {
-    /// Its default amplitude.
-    pub amplitude: Amplitude,
-    /// Bytes of the table.
-    pub len: usize,
+pub struct Saved {
+    /// What it was.
+    pub kind: Kind,
+    /// Whether it reads back as written; if not, what it was to replace is as it was.
+    pub verified: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Header {
-    generation: u16,
-    amplitude_units: u16,
-    len: u16,
-}
-
-impl Header {
-    const fn bytes(self) -> [u8; HEADER_LEN as usize] {
-        let [g0, g1] = self.generation.to_le_bytes();
-        let [a0, a1] = self.amplitude_units.to_le_bytes();
-        let [l0, l1] = self.len.to_le_bytes();
-        [g0, g1, a0, a1, l0, l1]
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Save {
-    header: Header,
+struct Job {
+    kind: Kind,
     slot: u8,
+    head: [u8; GAIT_HEAD_LEN as usize],
+    len: u16,
     crc: u16,
     step: Step,
 }
 
-// From 1, so that no save is all zeros: a start value that takes no flash.
 #[derive(Debug, Clone, Copy)]
-#[repr(u8)]
 enum Step {
-    Void = 1,
+    Void,
     Body(u16),
     Verify,
     Mark,
-    MarkWritten,
+    Marked,
+    Start,
+    /// Gives up this place, if it holds what was replaced.
+    Replaced(u8),
 }
 
-/// The two slots, and the save in progress.
+/// The save in progress.
 #[derive(Debug)]
 pub struct Store {
-    generation: u16,
-    next_slot: u8,
-    save: Option<Save>,
+    job: Option<Job>,
 }
 
 impl Default for Store {
@@ -91,165 +101,312 @@ impl Default for Store {
     }
 }
 
+const fn gait_place(slot: u8) -> u16 {
+    slot as u16 * GAIT_PLACE_LEN
+}
+
 impl Store {
-    /// Knows nothing yet: call [`Self::load`] first.
+    /// Nothing to save.
     #[must_use]
     pub const fn new() -> Self {
-        Self { generation: 0, next_slot: 0, save: None }
+        Self { job: None }
     }
 
-    /// Whether a save is going on.
+    /// What is being saved.
     #[must_use]
-    pub const fn is_saving(&self) -> bool {
-        self.save.is_some()
+    pub fn saving(&self) -> Option<Kind> {
+        self.job.as_ref().map(|job| job.kind)
     }
 
-    /// Reads the newest whole slot into `buffer`; `accept` judges the table.
+    /// Whether the memory may be read and written by others.
+    fn is_free(&self, memory: &impl PersistentMemory) -> Result<(), Refusal> {
+        if self.job.is_some() || memory.is_busy() { Err(Refusal::StorageBusy) } else { Ok(()) }
+    }
+
+    /// Reads the gait in `slot` into `buffer`; returns its amplitude and length.
     ///
-    /// Falls back to the older slot where the newer one is refused.
-    pub fn load(
-        &mut self,
-        memory: &mut impl PersistentMemory,
-        buffer: &mut [u8; MAX_ENCODED_LEN],
-        mut accept: impl FnMut(&[u8]) -> bool,
-    ) -> Option<Stored> {
-        let marked = [self.generation_in(memory, 0), self.generation_in(memory, 1)];
-        let newer = match marked {
-            // Generations wrap: the newer one is the one a short way ahead.
-            [Some(first), Some(second)] => u8::from((second.wrapping_sub(first) as i16) > 0),
-            [None, _] => 1,
-            [_, None] => 0,
-        };
-        for slot in [newer, 1 - newer] {
-            let Some(generation) = marked[usize::from(slot)] else { continue };
-            if let Some(stored) = Self::read_slot(memory, slot, buffer)
-                && accept(&buffer[..stored.len])
-            {
-                self.generation = generation;
-                self.next_slot = 1 - slot;
-                return Some(stored);
-            }
-        }
-        None
-    }
-
-    fn generation_in(&self, memory: &mut impl PersistentMemory, slot: u8) -> Option<u16> {
-        let at = SLOTS[usize::from(slot)];
-        (memory.read(at) == WHOLE).then(|| u16::from_le_bytes([memory.read(at + 1), memory.read(at + 2)]))
-    }
-
-    fn read_slot(
+    /// # Errors
+    /// [`Refusal::StorageBusy`] while something is being written,
+    /// [`Refusal::NoSuchGait`] if none is there.
+    pub fn load_gait(
+        &self,
         memory: &mut impl PersistentMemory,
         slot: u8,
         buffer: &mut [u8; MAX_ENCODED_LEN],
-    ) -> Option<Stored> {
-        let at = SLOTS[usize::from(slot)] + 1;
-        let mut header = [0; HEADER_LEN as usize];
-        for (offset, byte) in (at..).zip(header.iter_mut()) {
-            *byte = memory.read(offset);
-        }
-        let [_, _, a0, a1, l0, l1] = header;
-        let amplitude = Amplitude::from_units(u16::from_le_bytes([a0, a1]))?;
-        let len = usize::from(u16::from_le_bytes([l0, l1]));
-        let table = buffer.get_mut(..len)?;
-        let mut place = at + HEADER_LEN;
-        for byte in table.iter_mut() {
-            *byte = memory.read(place);
-            place += 1;
-        }
-        let stored_crc = u16::from_le_bytes([memory.read(place), memory.read(place + 1)]);
-        (crc_of(&header, table) == stored_crc).then_some(Stored { amplitude, len })
+    ) -> Result<(Amplitude, usize), Refusal> {
+        self.is_free(memory)?;
+        let (amplitude, len) = gait_head(memory, slot).ok_or(Refusal::NoSuchGait)?;
+        let encoding = buffer.get_mut(..len).ok_or(Refusal::NoSuchGait)?;
+        let at = gait_place(slot) + 1 + GAIT_HEAD_LEN;
+        read_into(memory, at, encoding);
+        let sum = crc_of(&head_of(amplitude, len as u16), encoding);
+        let is_intact = crc_at(memory, at + len as u16) == sum;
+        is_intact.then_some((amplitude, len)).ok_or(Refusal::NoSuchGait)
     }
 
-    /// Starts saving `table`, which must stay as it is until the save ends.
+    /// The slot of the gait to start with; it may be empty.
+    pub fn start_slot(&self, memory: &mut impl PersistentMemory) -> u8 {
+        memory.read(START_PLACE)
+    }
+
+    /// What is in `slot`.
     ///
-    /// Returns `false`, and does nothing, while another save is going on.
-    pub fn begin(&mut self, table: &[u8], amplitude: Amplitude) -> bool {
-        if self.save.is_some() || table.len() > MAX_ENCODED_LEN {
-            return false;
+    /// # Errors
+    /// [`Refusal::NoSuchGait`] if there is no such slot, [`Refusal::StorageBusy`]
+    /// while something is being written.
+    pub fn stored_gait(
+        &self,
+        memory: &mut impl PersistentMemory,
+        slot: u8,
+    ) -> Result<Option<StoredGait>, Refusal> {
+        self.is_free(memory)?;
+        if slot >= GAIT_SLOTS {
+            return Err(Refusal::NoSuchGait);
         }
-        let header = Header {
-            generation: self.generation.wrapping_add(1),
-            amplitude_units: amplitude.units(),
-            len: table.len() as u16,
-        };
-        let crc = crc_of(&header.bytes(), table);
-        self.save = Some(Save { header, slot: self.next_slot, crc, step: Step::Void });
-        true
+        let Some((amplitude, _)) = gait_head(memory, slot) else { return Ok(None) };
+        let name = name_at(memory, slot);
+        Ok(Some(StoredGait { name, amplitude, at_start: memory.read(START_PLACE) == slot }))
+    }
+
+    /// Makes the gait in `slot` the one to start with.
+    pub fn set_start(&self, memory: &mut impl PersistentMemory, slot: u8) {
+        if memory.read(START_PLACE) != slot {
+            memory.write(START_PLACE, slot);
+        }
+    }
+
+    /// Gives up the gait in `slot`.
+    ///
+    /// # Errors
+    /// As [`Self::load_gait`].
+    pub fn erase_gait(&self, memory: &mut impl PersistentMemory, slot: u8) -> Result<(), Refusal> {
+        self.is_free(memory)?;
+        if slot >= GAIT_SLOTS || memory.read(gait_place(slot)) != WHOLE {
+            return Err(Refusal::NoSuchGait);
+        }
+        memory.write(gait_place(slot), VOID);
+        Ok(())
+    }
+
+    /// Reads the stored calibration, if there is a sound one; `buffer` is used up.
+    pub fn load_calibration(
+        &self,
+        memory: &mut impl PersistentMemory,
+        buffer: &mut [u8; MAX_ENCODED_LEN],
+        calibration: &mut Calibration,
+    ) -> bool {
+        let Some(record) = buffer.get_mut(..CALIBRATION_LEN) else { return false };
+        CALIBRATION_PLACES
+            .into_iter()
+            .any(|at| read_place(memory, at, record).is_some() && calibration.replace(record).is_ok())
+    }
+
+    /// Reads the last trial.
+    ///
+    /// # Errors
+    /// [`Refusal::StorageBusy`] while something is being written.
+    pub fn load_trial(&self, memory: &mut impl PersistentMemory) -> Result<Option<[u8; TRIAL_LEN]>, Refusal> {
+        self.is_free(memory)?;
+        let mut record = [0; TRIAL_LEN];
+        Ok(read_place(memory, TRIAL_PLACE, &mut record).map(|()| record))
+    }
+
+    /// A slot that a gait may be saved to.
+    ///
+    /// # Errors
+    /// [`Refusal::StorageBusy`] while something is being written,
+    /// [`Refusal::StorageFull`] if every slot holds a gait.
+    pub fn free_slot(&self, memory: &mut impl PersistentMemory) -> Result<u8, Refusal> {
+        self.is_free(memory)?;
+        (0..GAIT_SLOTS).find(|&slot| memory.read(gait_place(slot)) != WHOLE).ok_or(Refusal::StorageFull)
+    }
+
+    /// Starts saving the gait of `encoding`, which must stay as it is meanwhile.
+    pub fn save_gait(&mut self, slot: u8, amplitude: Amplitude, encoding: &[u8]) {
+        let len = encoding.len() as u16;
+        self.begin(Kind::Gait, slot, head_of(amplitude, len), encoding);
+    }
+
+    /// Starts saving a calibration or a trial, which must stay as it is meanwhile.
+    pub fn save_record(&mut self, memory: &mut impl PersistentMemory, kind: Kind, record: &[u8]) {
+        // To the other place, or the first of two void ones.
+        let slot = u8::from(kind == Kind::Calibration && memory.read(CALIBRATION_PLACES[0]) == WHOLE);
+        self.begin(kind, slot, [0; GAIT_HEAD_LEN as usize], record);
+    }
+
+    #[inline(never)]
+    fn begin(&mut self, kind: Kind, slot: u8, head: [u8; GAIT_HEAD_LEN as usize], payload: &[u8]) {
+        let mut job = Job { kind, slot, head, len: payload.len() as u16, crc: 0, step: Step::Void };
+        job.crc = crc_of(&head[..usize::from(job.head_len())], payload);
+        self.job = Some(job);
+    }
+
+    /// Gives up saving the trial: another one begins.
+    pub fn forget_trial(&mut self) {
+        if self.saving() == Some(Kind::Trial) {
+            self.job = None;
+        }
     }
 
     /// Writes the next byte if the memory is ready; tells when the save ends.
-    pub fn step(
-        &mut self,
-        memory: &mut impl PersistentMemory,
-        buffer: &[u8; MAX_ENCODED_LEN],
-    ) -> Option<Saved> {
-        let save = self.save.as_mut()?;
+    ///
+    /// `payload` is what the save began with.
+    pub fn step(&mut self, memory: &mut impl PersistentMemory, payload: &[u8]) -> Option<Saved> {
+        let job = self.job.as_mut()?;
         if memory.is_busy() {
             return None;
         }
-        let start = SLOTS[usize::from(save.slot)];
-        match save.step {
+        let place = job.place();
+        let mut ended = None;
+        job.step = match job.step {
             Step::Void => {
-                memory.write(start, VOID);
-                save.step = Step::Body(0);
+                memory.write(place, VOID);
+                Step::Body(0)
             }
             Step::Body(offset) => {
-                let at = start + 1 + offset;
-                let byte = save.byte(offset, buffer);
-                if memory.read(at) != byte {
-                    memory.write(at, byte);
+                let byte = job.byte(offset, payload);
+                if memory.read(place + 1 + offset) != byte {
+                    memory.write(place + 1 + offset, byte);
                 }
-                save.step = if offset + 1 < save.body_len() { Step::Body(offset + 1) } else { Step::Verify };
+                if offset + 1 < job.body_len() { Step::Body(offset + 1) } else { Step::Verify }
             }
             Step::Verify => {
                 let reads_back =
-                    (0..save.body_len()).all(|o| memory.read(start + 1 + o) == save.byte(o, buffer));
+                    (0..job.body_len()).all(|at| memory.read(place + 1 + at) == job.byte(at, payload));
                 if !reads_back {
-                    self.save = None;
-                    return Some(Saved::Failed);
+                    ended = Some(false);
                 }
-                save.step = Step::Mark;
+                Step::Mark
             }
             Step::Mark => {
-                memory.write(start, WHOLE);
-                save.step = Step::MarkWritten;
+                memory.write(place, WHOLE);
+                Step::Marked
             }
-            Step::MarkWritten => {
-                let marked = memory.read(start) == WHOLE;
-                if marked {
-                    self.generation = save.header.generation;
-                    self.next_slot = 1 - save.slot;
+            Step::Marked => {
+                if memory.read(place) != WHOLE {
+                    ended = Some(false);
+                } else if job.kind == Kind::Trial {
+                    ended = Some(true);
                 }
-                self.save = None;
-                return Some(if marked { Saved::Verified } else { Saved::Failed });
+                if job.kind == Kind::Gait { Step::Start } else { Step::Replaced(0) }
             }
+            Step::Start => {
+                if memory.read(START_PLACE) != job.slot {
+                    memory.write(START_PLACE, job.slot);
+                }
+                Step::Replaced(0)
+            }
+            Step::Replaced(other) if other >= job.slots() => {
+                ended = Some(true);
+                job.step
+            }
+            Step::Replaced(other) => {
+                let at = job.place_of(other);
+                let is_replaced = other != job.slot && memory.read(at) == WHOLE && {
+                    job.kind == Kind::Calibration || name_at(memory, other) == name_at(memory, job.slot)
+                };
+                if is_replaced {
+                    memory.write(at, VOID);
+                }
+                Step::Replaced(other + 1)
+            }
+        };
+        let saved = ended.map(|verified| Saved { kind: job.kind, verified });
+        if saved.is_some() {
+            self.job = None;
         }
-        None
+        saved
     }
 }
 
-impl Save {
+impl Job {
+    const fn head_len(&self) -> u16 {
+        if matches!(self.kind, Kind::Gait) { GAIT_HEAD_LEN } else { 0 }
+    }
+
+    const fn slots(&self) -> u8 {
+        if matches!(self.kind, Kind::Gait) { GAIT_SLOTS } else { CALIBRATION_PLACES.len() as u8 }
+    }
+
+    const fn place_of(&self, slot: u8) -> u16 {
+        match self.kind {
+            Kind::Gait => gait_place(slot),
+            Kind::Calibration => CALIBRATION_PLACES[0] + slot as u16 * CALIBRATION_PLACE_LEN,
+            Kind::Trial => TRIAL_PLACE,
+        }
+    }
+
+    const fn place(&self) -> u16 {
+        self.place_of(self.slot)
+    }
+
     const fn body_len(&self) -> u16 {
-        HEADER_LEN + self.header.len + 2
+        self.head_len() + self.len + CRC_LEN
     }
 
-    /// Byte `offset` of header, table and CRC.
-    fn byte(&self, offset: u16, buffer: &[u8; MAX_ENCODED_LEN]) -> u8 {
-        let table_end = HEADER_LEN + self.header.len;
-        if offset < HEADER_LEN {
-            self.header.bytes()[usize::from(offset)]
-        } else if offset < table_end {
-            buffer[usize::from(offset - HEADER_LEN)]
+    /// Byte `offset` of head, payload and CRC.
+    fn byte(&self, offset: u16, payload: &[u8]) -> u8 {
+        let [low, high] = self.crc.to_le_bytes();
+        let head_len = self.head_len();
+        if offset < head_len {
+            self.head.get(usize::from(offset)).copied().unwrap_or(0)
+        } else if offset < head_len + self.len {
+            payload.get(usize::from(offset - head_len)).copied().unwrap_or(0)
+        } else if offset == head_len + self.len {
+            low
         } else {
-            self.crc.to_le_bytes()[usize::from(offset - table_end)]
+            high
         }
     }
 }
 
-fn crc_of(header: &[u8], table: &[u8]) -> u16 {
+const fn head_of(amplitude: Amplitude, len: u16) -> [u8; GAIT_HEAD_LEN as usize] {
+    let [a0, a1] = amplitude.units().to_le_bytes();
+    let [l0, l1] = len.to_le_bytes();
+    [a0, a1, l0, l1]
+}
+
+/// Amplitude and length of the gait in `slot`, if its place is marked whole.
+fn gait_head(memory: &mut impl PersistentMemory, slot: u8) -> Option<(Amplitude, usize)> {
+    if slot >= GAIT_SLOTS || memory.read(gait_place(slot)) != WHOLE {
+        return None;
+    }
+    let mut head = [0; GAIT_HEAD_LEN as usize];
+    read_into(memory, gait_place(slot) + 1, &mut head);
+    let [a0, a1, l0, l1] = head;
+    let amplitude = Amplitude::from_units(u16::from_le_bytes([a0, a1]))?;
+    Some((amplitude, usize::from(u16::from_le_bytes([l0, l1]))))
+}
+
+fn name_at(memory: &mut impl PersistentMemory, slot: u8) -> Name {
+    let mut name = [0; Name::CAPACITY];
+    read_into(memory, gait_place(slot) + 1 + GAIT_HEAD_LEN + NAME, &mut name);
+    Name::from_bytes(name)
+}
+
+#[inline(never)]
+fn read_into(memory: &mut impl PersistentMemory, at: u16, buffer: &mut [u8]) {
+    for (at, byte) in (at..).zip(buffer) {
+        *byte = memory.read(at);
+    }
+}
+
+fn crc_at(memory: &mut impl PersistentMemory, at: u16) -> u16 {
+    u16::from_le_bytes([memory.read(at), memory.read(at + 1)])
+}
+
+/// Reads a record whose place is marked whole and whose CRC is right.
+fn read_place(memory: &mut impl PersistentMemory, at: u16, record: &mut [u8]) -> Option<()> {
+    read_into(memory, at + 1, record);
+    let is_whole =
+        memory.read(at) == WHOLE && crc_at(memory, at + 1 + record.len() as u16) == crc_of(&[], record);
+    is_whole.then_some(())
+}
+
+#[inline(never)]
+fn crc_of(head: &[u8], payload: &[u8]) -> u16 {
     let mut crc = protocol::crc::Crc16::new();
-    crc.update(header);
-    crc.update(table);
+    crc.update(head);
+    crc.update(payload);
     crc.value()
 }

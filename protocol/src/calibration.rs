@@ -149,8 +149,14 @@ impl Calibration {
     #[must_use]
     pub fn authors() -> Self {
         let mut record = Self::NONE;
+        record.set_authors();
+        record
+    }
+
+    /// Becomes [`Self::authors`] in place.
+    pub fn set_authors(&mut self) {
         for joint in Joint::ALL {
-            record.set_joint(
+            self.set_joint(
                 joint,
                 JointCalibration {
                     channel: joint as u8,
@@ -164,7 +170,7 @@ impl Calibration {
                 },
             );
         }
-        record.set_board(BoardCalibration {
+        self.set_board(BoardCalibration {
             prescale: 101,
             oscillator_khz: 25_000,
             shunt_gain_q14: UNITY_GAIN_Q14,
@@ -173,28 +179,27 @@ impl Calibration {
             overcurrent_ma: 3_000,
             autostart_s: 0,
         });
-        record
     }
 
     /// The record in `bytes`.
     ///
     /// # Errors
-    /// The first field that is out of its range.
+    /// As [`Self::replace`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CalibrationError> {
-        let record = Self(bytes.try_into().map_err(|_| CalibrationError::Length)?);
-        let mut outputs = 0_u8;
-        for joint in Joint::ALL {
-            let calibration = record.joint(joint);
-            let output = 1_u8.checked_shl(u32::from(calibration.channel)).unwrap_or(0);
-            if output == 0 || outputs & output != 0 {
-                return Err(CalibrationError::Channel(joint as u8));
-            }
-            outputs |= output;
-            if !calibration.is_sound() {
-                return Err(CalibrationError::Pulse(joint as u8));
-            }
-        }
-        if record.board().is_sound() { Ok(record) } else { Err(CalibrationError::Board) }
+        let mut record = Self::NONE;
+        record.replace(bytes)?;
+        Ok(record)
+    }
+
+    /// Takes the record in `bytes`, or stays as it was.
+    ///
+    /// # Errors
+    /// The first field that is out of its range.
+    pub fn replace(&mut self, bytes: &[u8]) -> Result<(), CalibrationError> {
+        let bytes = bytes.try_into().map_err(|_| CalibrationError::Length)?;
+        check(bytes)?;
+        self.0 = *bytes;
+        Ok(())
     }
 
     /// The record.
@@ -203,43 +208,16 @@ impl Calibration {
         &self.0
     }
 
-    /// The record, for who reads it from memory; [`Self::from_bytes`] judges.
-    pub const fn bytes_mut(&mut self) -> &mut [u8; CALIBRATION_LEN] {
-        &mut self.0
-    }
-
-    fn word(&self, at: usize) -> u16 {
-        let word = self.0.get(at..).and_then(<[u8]>::first_chunk);
-        u16::from_le_bytes(*word.unwrap_or(&[0; 2]))
-    }
-
     /// How `joint` is mounted and wired.
     #[must_use]
     pub fn joint(&self, joint: Joint) -> JointCalibration {
-        let at = JOINT_LEN * joint.index();
-        JointCalibration {
-            channel: self.0[at] & !REVERSED,
-            reversed: self.0[at] & REVERSED != 0,
-            neutral_counts: self.word(at + 1),
-            scale_q20: self.word(at + 3),
-            min_counts: self.word(at + 5),
-            max_counts: self.word(at + 7),
-        }
+        joint_in(&self.0, joint)
     }
 
     /// What holds for the whole board.
     #[must_use]
     pub fn board(&self) -> BoardCalibration {
-        const AT: usize = JOINT_COUNT * JOINT_LEN;
-        BoardCalibration {
-            prescale: self.0[AT],
-            oscillator_khz: self.word(AT + 1),
-            shunt_gain_q14: self.word(AT + 3),
-            undervoltage_mv: self.word(AT + 5),
-            start_mv: self.word(AT + 7),
-            overcurrent_ma: self.word(AT + 9),
-            autostart_s: self.0[AT + 11],
-        }
+        board_in(&self.0)
     }
 
     fn put(&mut self, at: usize, words: &[u16]) {
@@ -270,4 +248,50 @@ impl Calibration {
         self.put(AT + 1, &[oscillator_khz, shunt_gain_q14, undervoltage_mv, start_mv, overcurrent_ma]);
         self.0[AT + 11] = board.autostart_s;
     }
+}
+
+fn word_at(bytes: &[u8; CALIBRATION_LEN], at: usize) -> u16 {
+    let word = bytes.get(at..).and_then(<[u8]>::first_chunk);
+    u16::from_le_bytes(*word.unwrap_or(&[0; 2]))
+}
+
+fn joint_in(bytes: &[u8; CALIBRATION_LEN], joint: Joint) -> JointCalibration {
+    let at = JOINT_LEN * joint.index();
+    JointCalibration {
+        channel: bytes[at] & !REVERSED,
+        reversed: bytes[at] & REVERSED != 0,
+        neutral_counts: word_at(bytes, at + 1),
+        scale_q20: word_at(bytes, at + 3),
+        min_counts: word_at(bytes, at + 5),
+        max_counts: word_at(bytes, at + 7),
+    }
+}
+
+fn board_in(bytes: &[u8; CALIBRATION_LEN]) -> BoardCalibration {
+    const AT: usize = JOINT_COUNT * JOINT_LEN;
+    BoardCalibration {
+        prescale: bytes[AT],
+        oscillator_khz: word_at(bytes, AT + 1),
+        shunt_gain_q14: word_at(bytes, AT + 3),
+        undervoltage_mv: word_at(bytes, AT + 5),
+        start_mv: word_at(bytes, AT + 7),
+        overcurrent_ma: word_at(bytes, AT + 9),
+        autostart_s: bytes[AT + 11],
+    }
+}
+
+fn check(bytes: &[u8; CALIBRATION_LEN]) -> Result<(), CalibrationError> {
+    let mut outputs = 0_u8;
+    for joint in Joint::ALL {
+        let calibration = joint_in(bytes, joint);
+        let output = 1_u8.checked_shl(u32::from(calibration.channel)).unwrap_or(0);
+        if output == 0 || outputs & output != 0 {
+            return Err(CalibrationError::Channel(joint as u8));
+        }
+        outputs |= output;
+        if !calibration.is_sound() {
+            return Err(CalibrationError::Pulse(joint as u8));
+        }
+    }
+    if board_in(bytes).is_sound() { Ok(()) } else { Err(CalibrationError::Board) }
 }

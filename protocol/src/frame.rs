@@ -10,7 +10,7 @@
 
 use crate::command::{Chunk, Command, MAX_CHUNK_LEN};
 use crate::crc::crc16;
-use postcard::ser_flavors::Flavor;
+use crate::wire::{self, Writer};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Longest body in bytes, before CRC and COBS: a full chunk and its header.
@@ -59,8 +59,9 @@ pub fn encode<'b, T: Serialize>(
     buffer: &'b mut [u8; MAX_FRAME_LEN],
 ) -> Result<&'b [u8], FrameError> {
     // The body is built one byte in, where COBS wants its first code byte.
-    let body = Body { bytes: &mut buffer[1..=MAX_BODY_LEN], len: 0 };
-    let body_len = postcard::serialize_with_flavor(message, body).map_err(|_| FrameError::TooLong)?;
+    let mut writer = Writer::new(&mut buffer[1..=MAX_BODY_LEN]);
+    message.serialize(&mut writer).map_err(|_| FrameError::Meaning)?;
+    let body_len = writer.finish().ok_or(FrameError::TooLong)?;
     let crc = crc16(&buffer[1..=body_len]).to_le_bytes();
     buffer[body_len + 1..body_len + 3].copy_from_slice(&crc);
     let end = body_len + 3;
@@ -79,33 +80,6 @@ pub fn encode<'b, T: Serialize>(
     buffer[code_at] = (end - code_at) as u8;
     buffer[end] = 0;
     Ok(&buffer[..=end])
-}
-
-/// Where a body is written; postcard's own would be inlined field by field,
-/// which costs an AVR 0.5 KB of flash.
-struct Body<'b> {
-    bytes: &'b mut [u8],
-    len: usize,
-}
-
-impl Flavor for Body<'_> {
-    type Output = usize;
-
-    #[inline(never)]
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        *self.bytes.get_mut(self.len).ok_or(postcard::Error::SerializeBufferFull)? = byte;
-        self.len += 1;
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        bytes.iter().try_for_each(|&byte| self.try_push(byte))
-    }
-
-    fn finalize(self) -> postcard::Result<usize> {
-        Ok(self.len)
-    }
 }
 
 /// Undoes COBS and checks the CRC of one frame, delimiter excluded, in place.
@@ -142,10 +116,7 @@ pub fn unframe(frame: &mut [u8]) -> Result<&[u8], FrameError> {
 /// # Errors
 /// [`FrameError::Meaning`] if the bytes are no such message, or go on after it.
 pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, FrameError> {
-    match postcard::take_from_bytes(body) {
-        Ok((message, [])) => Ok(message),
-        _ => Err(FrameError::Meaning),
-    }
+    wire::from_bytes(body).map_err(|_| FrameError::Meaning)
 }
 
 /// Collects bytes into frames.

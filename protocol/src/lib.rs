@@ -18,6 +18,7 @@ pub mod gait;
 pub mod joint;
 pub mod telemetry;
 pub mod trial;
+pub mod wire;
 
 pub use calibration::Calibration;
 pub use command::{Chunk, Command, HelloReply, Limits, Refusal, Reply, Status};

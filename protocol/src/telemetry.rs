@@ -109,6 +109,7 @@ pub struct Telemetry {
     /// Gait frames played in this trial.
     pub trial_frames: u32,
     /// Battery energy over those frames, as the INA219 saw it.
+    #[serde(with = "postcard::fixint::le")]
     pub trial_energy_uj: u64,
     /// Gait frames of this trial in which a joint was held at its limit.
     pub clipped_frames: u32,

@@ -33,19 +33,14 @@ impl TrialRecord {
     #[must_use]
     pub fn bytes(&self) -> [u8; TRIAL_LEN] {
         let mut bytes = [0; TRIAL_LEN];
-        let (frames, rest) = bytes.split_at_mut(4);
-        frames.copy_from_slice(&self.frames.to_le_bytes());
-        let (energy, rest) = rest.split_at_mut(6);
-        energy.copy_from_slice(&self.energy_uj.to_le_bytes()[..6]);
-        let (clipped, rest) = rest.split_at_mut(4);
-        clipped.copy_from_slice(&self.clipped_frames.to_le_bytes());
-        let (missed, rest) = rest.split_at_mut(2);
-        missed.copy_from_slice(&self.missed_samples.to_le_bytes());
-        let (crc, rest) = rest.split_at_mut(4);
-        crc.copy_from_slice(&self.gait_crc32.to_le_bytes());
-        let (amplitude, end) = rest.split_at_mut(2);
-        amplitude.copy_from_slice(&self.amplitude.units().to_le_bytes());
-        end[0] = end_code(self.end);
+        put::<0, 4>(&mut bytes, self.frames);
+        put::<4, 4>(&mut bytes, self.energy_uj as u32);
+        put::<8, 2>(&mut bytes, (self.energy_uj >> 32) as u32);
+        put::<10, 4>(&mut bytes, self.clipped_frames);
+        put::<14, 2>(&mut bytes, u32::from(self.missed_samples));
+        put::<16, 4>(&mut bytes, self.gait_crc32);
+        put::<20, 2>(&mut bytes, u32::from(self.amplitude.units()));
+        put::<22, 1>(&mut bytes, u32::from(end_code(self.end)));
         bytes
     }
 
@@ -66,6 +61,13 @@ impl TrialRecord {
             end: end_of(bytes[22])?,
         })
     }
+}
+
+/// Puts the lowest `LEN` bytes of `number` at `AT`, least first.
+#[inline(always)]
+fn put<const AT: usize, const LEN: usize>(bytes: &mut [u8; TRIAL_LEN], number: u32) {
+    let number = number.to_le_bytes();
+    bytes[AT..AT + LEN].copy_from_slice(&number[..LEN]);
 }
 
 /// Faults follow the other ends, in their own order.

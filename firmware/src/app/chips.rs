@@ -5,13 +5,12 @@
 //! walk looks again.
 //! Refuses the bus where too little of the frame is left.
 
-use protocol::{Event, Fault, Refusal};
+use protocol::{Event, Fault, Refusal, WalkEnd};
 
 use super::App;
 use crate::hal::{Board, BurstState, Bus, FrameClock, Panel};
 use crate::limits::{
-    BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES, START_MV,
-    SUPPLY_FAULT_FRAMES,
+    BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES, SUPPLY_FAULT_FRAMES,
 };
 use crate::player::Frame;
 use crate::{power, servos};
@@ -101,13 +100,14 @@ impl App {
     /// do not count, and a missed one changes nothing.
     fn judge_supply(&mut self, sample: Result<power::Sample, power::Missed>) {
         let servos_on = self.servos_on();
+        let board = self.calibration.board();
         let count = |samples: &mut u8, is_wrong: bool| {
             *samples = if is_wrong && servos_on { samples.saturating_add(1) } else { 0 };
         };
         match sample {
             Ok(sample) => {
-                count(&mut self.low_samples, sample.is_undervoltage());
-                count(&mut self.high_samples, sample.is_overcurrent());
+                count(&mut self.low_samples, sample.bus_mv() < board.undervoltage_mv);
+                count(&mut self.high_samples, sample.is_above_ma(board.overcurrent_ma));
             }
             Err(power::Missed::Saturated) => count(&mut self.high_samples, true),
             Err(power::Missed::NoAnswer | power::Missed::NotReady) => {}
@@ -118,9 +118,9 @@ impl App {
     ///
     /// # Errors
     /// [`Refusal::SupplyTooLow`]; while samples are missing, that comes first.
-    pub(super) const fn require_supply(&self) -> Result<(), Refusal> {
+    pub(super) fn require_supply(&self) -> Result<(), Refusal> {
         let bus_mv = self.sample.bus_mv();
-        if self.sensor_misses == 0 && bus_mv < START_MV {
+        if self.sensor_misses == 0 && bus_mv < self.calibration.board().start_mv {
             return Err(Refusal::SupplyTooLow { bus_mv });
         }
         Ok(())
@@ -132,7 +132,8 @@ impl App {
             return;
         }
         // A transfer that failed is for the next frame's burst or sample to judge.
-        if servos::check(board.bus()) == Err(servos::ServoFault::WrongConfiguration) {
+        let prescale = self.calibration.board().prescale;
+        if servos::check(board.bus(), prescale) == Err(servos::ServoFault::WrongConfiguration) {
             self.latch(board, Fault::ServoDriverLost);
         } else if power::check(board.bus()) == Err(power::SensorFault::WrongConfiguration) {
             self.latch(board, Fault::SensorLost);
@@ -145,10 +146,11 @@ impl App {
     /// Which one is not.
     pub(super) fn configure_chips(&mut self, board: &mut impl Board) -> Result<(), Fault> {
         let mut delay = board.delay();
+        let prescale = self.calibration.board().prescale;
         let bus = board.bus();
-        if servos::check(bus).is_err() {
+        if servos::check(bus, prescale).is_err() {
             bus.recover();
-            servos::configure(bus, &mut delay).map_err(|_| Fault::ServoDriverLost)?;
+            servos::configure(bus, &mut delay, prescale).map_err(|_| Fault::ServoDriverLost)?;
         }
         if power::check(bus).is_err() {
             power::configure(bus).map_err(|_| Fault::SensorLost)?;
@@ -161,6 +163,10 @@ impl App {
     /// Stops by itself: servos off at once, and latched.
     pub(super) fn latch(&mut self, board: &mut impl Board, fault: Fault) {
         self.fault = Some(fault);
+        self.nudge = None;
+        if self.player.is_walking() {
+            self.ending = Some(WalkEnd::Fault(fault));
+        }
         self.player.go_limp();
         self.staged = Frame::LIMP;
         self.stage(board);

@@ -3,18 +3,21 @@
 //! Owns the decisions: who may do what when, and what the refusal is. Changes
 //! nothing before everything has been checked.
 
-use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Storage};
+use protocol::calibration::MAX_COUNTS;
+use protocol::command::{ActiveGait, CalibrationSource, MAX_CHUNK_LEN, Record, Storage};
 use protocol::gait::MAX_ENCODED_LEN;
 use protocol::{
-    Amplitude, FRAME_RATE_HZ, Fault, GaitTable, HelloReply, Limits, PROTOCOL_VERSION, Refusal, Reply, Status,
+    Amplitude, FRAME_RATE_HZ, Fault, GAIT_SLOTS, HelloReply, JOINT_COUNT, Limits, PROTOCOL_VERSION, Refusal,
+    Reply, STREAM_CAPACITY, Speed, Status,
 };
 
-use super::App;
+use super::walks::Walk;
+use super::{App, Nudge};
 use crate::FIRMWARE_VERSION;
-use crate::hal::Board;
+use crate::hal::{Board, Bus, PersistentMemory, SerialRing};
 use crate::link::{self, Command, Outcome, Piece};
 use crate::player::Mode;
-use crate::power::Trial;
+use crate::store::Kind;
 
 const LIMITS: Limits = Limits {
     frame_rate_hz: FRAME_RATE_HZ as u8,
@@ -22,6 +25,8 @@ const LIMITS: Limits = Limits {
     max_chunk_len: MAX_CHUNK_LEN as u8,
     min_amplitude: Amplitude::MIN,
     max_amplitude: Amplitude::MAX,
+    gait_slots: GAIT_SLOTS,
+    stream_capacity: STREAM_CAPACITY,
 };
 
 impl App {
@@ -37,26 +42,44 @@ impl App {
                 self.tell_status(board, seq);
                 return None;
             }
-            Command::ReadGait { offset } if self.active.is_some() => {
-                self.read_gait(board, seq, offset);
-                return None;
-            }
+            Command::Read { record, offset } => match self.read(board, seq, record, offset) {
+                Ok(()) => return None,
+                Err(refusal) => Err(refusal),
+            },
+            Command::StoredGait { slot } => match self.store.stored_gait(board.memory(), slot) {
+                Ok(stored) => {
+                    link::answer(board.serial(), seq, Reply::Stored(stored));
+                    return None;
+                }
+                Err(refusal) => Err(refusal),
+            },
             Command::Hello { .. } => Err(Refusal::ProtocolVersion { robot: PROTOCOL_VERSION }),
-            Command::ReadGait { .. } => Err(Refusal::NoGait),
             Command::UploadBegin { len } => self.begin_upload(len),
             Command::UploadChunk { offset, data } => self.upload.take(offset, self.link.piece(data)),
-            Command::UploadCommit { amplitude, persist } => self.commit_upload(amplitude, persist),
-            Command::Walk { amplitude, frames, detached } => self.walk(board, amplitude, frames, detached),
+            Command::UploadCommit { amplitude, persist } => self.commit_gait(board, amplitude, persist),
+            Command::CalibrationCommit => self.commit_calibration(board),
+            Command::Walk { amplitude, frames, detached, dry_run } => {
+                self.walk(board, Walk { amplitude, frames, detached, dry_run })
+            }
             Command::Stop => {
-                self.player.stop();
+                self.stop();
                 Ok(())
             }
             Command::SetAmplitude(amplitude) => self.set_amplitude(amplitude),
+            Command::SetSpeed(speed) => self.set_speed(speed),
             Command::StreamTelemetry { every_frames } => {
                 self.stream_every(every_frames);
                 Ok(())
             }
             Command::ClearFault => self.clear_fault(board),
+            Command::Stream => self.stream(board),
+            Command::Setpoints { data } if self.player.is_streaming() => {
+                self.upload.take_poses(self.link.piece(data))
+            }
+            Command::Setpoints { .. } => Err(Refusal::NoStream),
+            Command::SelectGait { slot } => self.select_gait(board, slot),
+            Command::EraseGait { slot } => self.store.erase_gait(board.memory(), slot),
+            Command::Nudge { channel, counts } => self.nudge(board, channel, counts),
         })
     }
 
@@ -73,48 +96,78 @@ impl App {
 
     #[inline(never)]
     fn tell_status(&self, board: &mut impl Board, seq: u8) {
+        let gait = self.gait.bytes();
         let status = Status {
             state: self.state(),
-            gait: self.active,
+            gait: (!gait.is_empty()).then(|| ActiveGait {
+                name: self.gait.name(),
+                crc32: self.gait.crc32(),
+                amplitude: self.amplitude,
+            }),
             storage: self.storage,
+            calibration: self.calibration_source,
             bus_mv: self.sample.bus_mv(),
+            reset_cause: self.reset_cause,
+            uptime_frames: self.uptime_frames,
+            stack_left: board.stack_left(),
             bad_frames: self.link.bad_frames(),
+            dropped_bytes: board.serial().dropped(),
+            bus_errors: board.bus().errors(),
         };
         link::answer(board.serial(), seq, Reply::Status(status));
     }
 
-    /// Streams the active gait through the part of it that one answer holds: a
-    /// second buffer for all of it would take 256 bytes.
+    /// Answers with the piece of a record that starts at `offset`.
+    ///
+    /// # Errors
+    /// [`Refusal::NoGait`] without a gait, [`Refusal::StorageBusy`] for a trial
+    /// while something is being saved.
     #[inline(never)]
-    fn read_gait(&self, board: &mut impl Board, seq: u8, offset: u16) {
-        let mut window = Window { skip: offset, bytes: heapless::Vec::new() };
-        self.gait.for_each_byte(|byte| window.take(byte));
-        let crc32 = self.active.map_or(0, |active| active.crc32);
-        for byte in crc32.to_le_bytes() {
-            window.take(byte);
-        }
-        link::answer(board.serial(), seq, Reply::GaitChunk(Piece(&window.bytes)));
+    fn read(&self, board: &mut impl Board, seq: u8, record: Record, offset: u16) -> Result<(), Refusal> {
+        let trial;
+        let bytes: &[u8] = match record {
+            Record::Gait if self.gait.bytes().is_empty() => return Err(Refusal::NoGait),
+            Record::Gait => self.gait.bytes(),
+            Record::Calibration => self.calibration.bytes(),
+            Record::LastTrial => {
+                trial = self.store.load_trial(board.memory())?;
+                trial.as_ref().map_or(&[], <[u8; _]>::as_slice)
+            }
+        };
+        let rest = bytes.get(usize::from(offset)..).unwrap_or(&[]);
+        let piece = rest.get(..MAX_CHUNK_LEN).unwrap_or(rest);
+        link::answer(board.serial(), seq, Reply::Piece(Piece(piece)));
+        Ok(())
     }
 
-    fn begin_upload(&mut self, len: u16) -> Result<(), Refusal> {
-        // The table being saved lies in the same buffer.
-        if self.store.is_saving() {
-            return Err(Refusal::StorageBusy);
+    const fn begin_upload(&mut self, len: u16) -> Result<(), Refusal> {
+        // The stream's setpoints lie in the same buffer.
+        if self.player.is_streaming() {
+            return Err(Refusal::AlreadyWalking);
         }
         self.upload.begin(len)
     }
 
     #[inline(never)]
-    fn commit_upload(&mut self, amplitude: Amplitude, persist: bool) -> Result<(), Refusal> {
+    fn commit_gait(
+        &mut self,
+        board: &mut impl Board,
+        amplitude: Amplitude,
+        persist: bool,
+    ) -> Result<(), Refusal> {
         if !amplitude.is_valid() {
             return Err(Refusal::Amplitude);
         }
-        let table = self.upload.whole()?;
-        self.gait.decode_into(table).map_err(Refusal::BadGait)?;
-        self.active = Some(ActiveGait { name: self.gait.name, crc32: GaitTable::crc32_of(table), amplitude });
+        let encoding = self.upload.whole()?;
+        if self.store.saving() == Some(Kind::Gait) {
+            return Err(Refusal::StorageBusy);
+        }
+        let slot = if persist { Some(self.store.free_slot(board.memory())?) } else { None };
+        self.gait.replace(encoding).map_err(Refusal::BadGait)?;
+        self.amplitude = amplitude;
         self.storage = Storage::RamOnly;
-        // An upload can only have begun while no save was going on.
-        if persist && self.store.begin(table, amplitude) {
+        if let Some(slot) = slot {
+            self.store.save_gait(slot, amplitude, self.gait.bytes());
             self.storage = Storage::Saving;
         }
         self.upload.close();
@@ -123,33 +176,55 @@ impl App {
     }
 
     #[inline(never)]
-    fn walk(
-        &mut self,
-        board: &mut impl Board,
-        amplitude: Option<Amplitude>,
-        frames: Option<u32>,
-        detached: bool,
-    ) -> Result<(), Refusal> {
-        if let Some(fault) = self.fault {
-            return Err(Refusal::Faulted(fault));
+    fn commit_calibration(&mut self, board: &mut impl Board) -> Result<(), Refusal> {
+        self.require_limp()?;
+        let record = self.upload.whole()?;
+        if self.store.saving().is_some() || board.memory().is_busy() {
+            return Err(Refusal::StorageBusy);
         }
-        if matches!(self.player.mode(), Mode::Entering | Mode::Walking) {
+        self.calibration.replace(record).map_err(Refusal::BadCalibration)?;
+        self.upload.close();
+        self.store.save_record(board.memory(), Kind::Calibration, self.calibration.bytes());
+        self.calibration_source = CalibrationSource::Stored;
+        Ok(())
+    }
+
+    fn select_gait(&mut self, board: &mut impl Board, slot: u8) -> Result<(), Refusal> {
+        if self.player.is_streaming() {
             return Err(Refusal::AlreadyWalking);
         }
-        let active = self.active.ok_or(Refusal::NoGait)?;
-        let amplitude = amplitude.unwrap_or(active.amplitude);
-        if !amplitude.is_valid() {
-            return Err(Refusal::Amplitude);
+        self.load_gait(board, slot)?;
+        self.store.set_start(board.memory(), slot);
+        self.player.replace(&self.gait, self.amplitude);
+        Ok(())
+    }
+
+    const fn require_limp(&self) -> Result<(), Refusal> {
+        if self.nudge.is_some() || !matches!(self.player.mode(), Mode::Limp) {
+            return Err(Refusal::ServosOn);
         }
-        self.require_supply()?;
-        self.configure_chips(board).map_err(Refusal::ChipMissing)?;
-        self.trial = Trial::NONE;
-        // What is still on its way to the servos belongs to the walk before.
-        for frame in [&mut self.live, &mut self.staged] {
-            (frame.gait, frame.last) = (false, false);
+        Ok(())
+    }
+
+    fn nudge(&mut self, board: &mut impl Board, channel: u8, counts: u16) -> Result<(), Refusal> {
+        if usize::from(channel) >= JOINT_COUNT || counts > MAX_COUNTS {
+            return Err(Refusal::Range);
         }
-        self.detached = detached;
-        self.player.walk(&self.gait, amplitude, frames);
+        if counts == 0 {
+            self.nudge = None;
+            return Ok(());
+        }
+        if self.nudge.is_none() {
+            if let Some(fault) = self.fault {
+                return Err(Refusal::Faulted(fault));
+            }
+            self.require_limp()?;
+            self.require_supply()?;
+            self.configure_chips(board).map_err(Refusal::ChipMissing)?;
+        }
+        // It depends on its host.
+        self.detached = false;
+        self.nudge = Some(Nudge { channel, counts });
         Ok(())
     }
 
@@ -157,12 +232,22 @@ impl App {
         if !amplitude.is_valid() {
             return Err(Refusal::Amplitude);
         }
-        let active = self.active.as_mut().ok_or(Refusal::NoGait)?;
-        if active.amplitude != amplitude {
-            active.amplitude = amplitude;
+        if self.gait.bytes().is_empty() {
+            return Err(Refusal::NoGait);
+        }
+        if self.amplitude != amplitude {
+            self.amplitude = amplitude;
             self.storage = Storage::RamOnly;
         }
         self.player.set_amplitude(amplitude);
+        Ok(())
+    }
+
+    const fn set_speed(&mut self, speed: Speed) -> Result<(), Refusal> {
+        if !speed.is_valid() {
+            return Err(Refusal::Range);
+        }
+        self.player.set_speed(speed);
         Ok(())
     }
 
@@ -175,24 +260,5 @@ impl App {
             self.fault = None;
         }
         Ok(())
-    }
-}
-
-/// The part of an encoding that one answer holds.
-struct Window {
-    skip: u16,
-    bytes: heapless::Vec<u8, MAX_CHUNK_LEN>,
-}
-
-impl Window {
-    // Called from a dozen places.
-    #[inline(never)]
-    fn take(&mut self, byte: u8) {
-        if self.skip > 0 {
-            self.skip -= 1;
-        } else {
-            // Full: the rest is for the next question.
-            let _ = self.bytes.push(byte);
-        }
     }
 }

@@ -54,6 +54,8 @@ pub struct Amplitude(pub(super) u16);
 impl Amplitude {
     /// Units of this type in 1.0.
     pub const UNITS_PER_ONE: u16 = 8192;
+    /// No amplitude: zeros, for a start value that takes no flash. Not valid.
+    pub const UNSET: Self = Self(0);
     /// The gait as recorded, at the robot's own scale.
     pub const ONE: Self = Self(Self::UNITS_PER_ONE);
     /// Smallest amplitude that setpoints are proven for, 0.5.
@@ -110,6 +112,12 @@ impl Name {
         bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
         let name = Self(bytes);
         name.is_valid().then_some(name)
+    }
+
+    /// A name out of memory; [`Self::as_str`] is empty for bytes that are none.
+    #[must_use]
+    pub const fn from_bytes(bytes: [u8; Self::CAPACITY]) -> Self {
+        Self(bytes)
     }
 
     /// The name without its padding; empty if the bytes are no name.

@@ -1,0 +1,263 @@
+//! Values to bytes.
+//!
+//! Owns a piece of a buffer. A byte too many is noted, not refused: without a
+//! way to fail, no field's outcome has to be looked at.
+
+use super::WireError;
+use serde::Serialize;
+use serde::ser::{
+    Impossible, SerializeSeq, SerializeStruct, SerializeStructVariant, SerializeTuple, Serializer,
+};
+
+/// Where a message is written.
+pub struct Writer<'b> {
+    bytes: &'b mut [u8],
+    len: usize,
+}
+
+impl<'b> Writer<'b> {
+    /// Starts at the first of `bytes`.
+    pub const fn new(bytes: &'b mut [u8]) -> Self {
+        Self { bytes, len: 0 }
+    }
+
+    /// Bytes written, if there was room for them.
+    pub const fn finish(self) -> Option<usize> {
+        if self.len <= self.bytes.len() { Some(self.len) } else { None }
+    }
+
+    #[inline(never)]
+    fn put(&mut self, byte: u8) {
+        if let Some(place) = self.bytes.get_mut(self.len) {
+            *place = byte;
+        }
+        self.len += 1;
+    }
+
+    #[inline(never)]
+    fn put_varint(&mut self, mut value: u32) {
+        while value >= 0x80 {
+            self.put(value as u8 | 0x80);
+            value >>= 7;
+        }
+        self.put(value as u8);
+    }
+
+    #[inline(never)]
+    fn put_all(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.put(byte));
+    }
+}
+
+type Done = Result<(), WireError>;
+type Unused = Impossible<(), WireError>;
+
+impl Serializer for &mut Writer<'_> {
+    type Ok = ();
+    type Error = WireError;
+    type SerializeSeq = Self;
+    type SerializeTuple = Self;
+    type SerializeTupleStruct = Unused;
+    type SerializeTupleVariant = Unused;
+    type SerializeMap = Unused;
+    type SerializeStruct = Self;
+    type SerializeStructVariant = Self;
+
+    #[inline(always)]
+    fn serialize_bool(self, v: bool) -> Done {
+        self.put(u8::from(v));
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u8(self, v: u8) -> Done {
+        self.put(v);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_i8(self, v: i8) -> Done {
+        self.put(v as u8);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u16(self, v: u16) -> Done {
+        self.put_varint(u32::from(v));
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u32(self, v: u32) -> Done {
+        self.put_varint(v);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_i16(self, v: i16) -> Done {
+        self.put_varint(u32::from((v << 1 ^ v >> 15) as u16));
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_i32(self, v: i32) -> Done {
+        self.put_varint((v << 1 ^ v >> 31) as u32);
+        Ok(())
+    }
+
+    fn serialize_i64(self, _: i64) -> Done {
+        Err(WireError)
+    }
+
+    fn serialize_u64(self, _: u64) -> Done {
+        Err(WireError)
+    }
+
+    fn serialize_f32(self, _: f32) -> Done {
+        Err(WireError)
+    }
+
+    fn serialize_f64(self, _: f64) -> Done {
+        Err(WireError)
+    }
+
+    fn serialize_char(self, _: char) -> Done {
+        Err(WireError)
+    }
+
+    fn serialize_str(self, _: &str) -> Done {
+        Err(WireError)
+    }
+
+    #[inline(always)]
+    fn serialize_bytes(self, v: &[u8]) -> Done {
+        self.put_varint(v.len() as u32);
+        self.put_all(v);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_none(self) -> Done {
+        self.put(0);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Done {
+        self.put(1);
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_unit(self) -> Done {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_unit_struct(self, _: &'static str) -> Done {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_unit_variant(self, _: &'static str, index: u32, _: &'static str) -> Done {
+        self.put(index as u8);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Done {
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_newtype_variant<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        index: u32,
+        _: &'static str,
+        value: &T,
+    ) -> Done {
+        self.put(index as u8);
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_seq(self, len: Option<usize>) -> Result<Self, WireError> {
+        self.put_varint(len.ok_or(WireError)? as u32);
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_tuple(self, _: usize) -> Result<Self, WireError> {
+        Ok(self)
+    }
+
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Unused, WireError> {
+        Err(WireError)
+    }
+
+    fn serialize_tuple_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Unused, WireError> {
+        Err(WireError)
+    }
+
+    fn serialize_map(self, _: Option<usize>) -> Result<Unused, WireError> {
+        Err(WireError)
+    }
+
+    #[inline(always)]
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, WireError> {
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_struct_variant(
+        self,
+        _: &'static str,
+        index: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self, WireError> {
+        self.put(index as u8);
+        Ok(self)
+    }
+
+    fn collect_str<T: core::fmt::Display + ?Sized>(self, _: &T) -> Done {
+        Err(WireError)
+    }
+
+    fn is_human_readable(&self) -> bool {
+        false
+    }
+}
+
+macro_rules! each_value {
+    ($($part:ident $method:ident $(($key:ty))?;)*) => {$(
+        impl $part for &mut Writer<'_> {
+            type Ok = ();
+            type Error = WireError;
+
+            #[inline(always)]
+            fn $method<T: Serialize + ?Sized>(&mut self, $(_: $key,)? value: &T) -> Done {
+                value.serialize(&mut **self)
+            }
+
+            #[inline(always)]
+            fn end(self) -> Done {
+                Ok(())
+            }
+        }
+    )*};
+}
+
+each_value! {
+    SerializeSeq serialize_element;
+    SerializeTuple serialize_element;
+    SerializeStruct serialize_field (&'static str);
+    SerializeStructVariant serialize_field (&'static str);
+}
