@@ -1,11 +1,14 @@
 //! Golden bytes of every message: a change here is a new protocol version.
 
-use protocol::command::{ActiveGait, HelloReply, Limits, Status, Storage};
+use protocol::calibration::CalibrationError;
+use protocol::command::{
+    ActiveGait, CalibrationSource, HelloReply, Limits, Record, Status, Storage, StoredGait,
+};
 use protocol::frame::{MAX_FRAME_LEN, Request, encode};
 use protocol::gait::{GaitError, GaitTable, MAX_ENCODED_LEN};
 use protocol::{
     Amplitude, Angle, Chunk, Command, Event, Fault, JointCurve, Message, Name, Refusal, Reply, ResetCause,
-    State, Telemetry,
+    Speed, State, Telemetry, WalkEnd,
 };
 
 #[track_caller]
@@ -36,40 +39,56 @@ fn amplitude(value: f64) -> Amplitude {
 
 #[test]
 fn commands_keep_their_bytes() {
-    command(Command::Hello { protocol_version: 2 }, "2a0002");
+    command(Command::Hello { protocol_version: 3 }, "2a0003");
     command(Command::Status, "2a01");
     command(Command::UploadBegin { len: 251 }, "2a02fb01");
     command(Command::UploadChunk { offset: 64, data: Chunk::of(&[1, 0, 2]) }, "2a034003010002");
     command(Command::UploadCommit { amplitude: amplitude(2.2), persist: true }, "2a04e68c0101");
-    command(Command::ReadGait { offset: 192 }, "2a05c001");
-    command(Command::Walk { amplitude: None, frames: Some(720), detached: true }, "2a060001d00501");
+    command(Command::CalibrationCommit, "2a05");
+    command(Command::Read { record: Record::Gait, offset: 192 }, "2a0600c001");
+    command(Command::Read { record: Record::Calibration, offset: 0 }, "2a060100");
+    command(Command::Read { record: Record::LastTrial, offset: 5 }, "2a060205");
     command(
-        Command::Walk { amplitude: Some(Amplitude::MAX), frames: None, detached: false },
-        "2a060180c0010000",
+        Command::Walk { amplitude: None, frames: Some(720), detached: true, dry_run: false },
+        "2a070001d0050100",
     );
-    command(Command::Stop, "2a07");
-    command(Command::SetAmplitude(Amplitude::ONE), "2a088040");
-    command(Command::StreamTelemetry { every_frames: 1 }, "2a0901");
-    command(Command::ClearFault, "2a0a");
+    command(
+        Command::Walk { amplitude: Some(Amplitude::MAX), frames: None, detached: false, dry_run: true },
+        "2a070180c001000001",
+    );
+    command(Command::Stop, "2a08");
+    command(Command::SetAmplitude(Amplitude::ONE), "2a098040");
+    command(Command::SetSpeed(Speed::MAX), "2a0a808001");
+    command(Command::SetSpeed(Speed::PAUSED), "2a0a00");
+    command(Command::StreamTelemetry { every_frames: 1 }, "2a0b01");
+    command(Command::ClearFault, "2a0c");
+    command(Command::Stream, "2a0d");
+    command(Command::Setpoints { data: Chunk::of(&[0xD2, 0xFF]) }, "2a0e02d2ff");
+    command(Command::StoredGait { slot: 2 }, "2a0f02");
+    command(Command::SelectGait { slot: 1 }, "2a1001");
+    command(Command::EraseGait { slot: 0 }, "2a1100");
+    command(Command::Nudge { channel: 7, counts: 330 }, "2a1207ca02");
 }
 
 #[test]
 fn replies_keep_their_bytes() {
     let limits = Limits {
         frame_rate_hz: 60,
-        max_gait_len: 256,
+        max_gait_len: 264,
         max_chunk_len: 64,
         min_amplitude: Amplitude::MIN,
         max_amplitude: Amplitude::MAX,
+        gait_slots: 3,
+        stream_capacity: 4,
     };
     let hello = HelloReply {
-        protocol_version: 2,
+        protocol_version: 3,
         firmware_version: [0, 1, 0],
         limits,
         reset_cause: ResetCause::External,
     };
-    reply(Reply::Hello(hello), "002a00020001003c800240802080c00101");
-    reply(Reply::Refused(Refusal::ProtocolVersion { robot: 2 }), "002a010002");
+    reply(Reply::Hello(hello), "002a00030001003c880240802080c001030401");
+    reply(Reply::Refused(Refusal::ProtocolVersion { robot: 3 }), "002a010003");
     reply(Reply::Done, "002a02");
     let gait = ActiveGait {
         name: Name::new("walk").expect("a name"),
@@ -81,22 +100,39 @@ fn replies_keep_their_bytes() {
             state: State::Fault(Fault::SensorLost),
             gait: Some(gait),
             storage: Storage::Saved,
+            calibration: CalibrationSource::Stored,
             bus_mv: 6000,
+            reset_cause: ResetCause::BrownOut,
+            uptime_frames: 3600,
+            stack_left: 400,
             bad_frames: 3,
+            dropped_bytes: 200,
+            bus_errors: 1,
         }),
-        "002a0305010177616c6b000000000000000000000000effdb6f50de68c0102f02e03",
+        "002a0306010177616c6b000000000000000000000000effdb6f50de68c010201f02e02901c900303c80101",
     );
     reply(
         Reply::Status(Status {
             state: State::Idle,
             gait: None,
             storage: Storage::RamOnly,
+            calibration: CalibrationSource::Default,
             bus_mv: 0,
+            reset_cause: ResetCause::PowerOn,
+            uptime_frames: 0,
+            stack_left: 0,
             bad_frames: 0,
+            dropped_bytes: 0,
+            bus_errors: 0,
         }),
-        "002a030100000000",
+        "002a030100000000000000000000",
     );
-    reply(Reply::GaitChunk(Chunk::of(&[7, 8])), "002a04020708");
+    reply(Reply::Piece(Chunk::of(&[7, 8])), "002a04020708");
+    reply(Reply::Buffered(4), "002a0504");
+    reply(Reply::Stored(None), "002a0600");
+    let stored =
+        StoredGait { name: Name::new("walk").expect("a name"), amplitude: amplitude(2.2), at_start: true };
+    reply(Reply::Stored(Some(stored)), "002a060177616c6b000000000000000000000000e68c0101");
 }
 
 #[test]
@@ -107,15 +143,28 @@ fn refusals_keep_their_bytes() {
         (Refusal::UploadIncomplete, "002a0103"),
         (Refusal::BadGait(GaitError::Crc), "002a010401"),
         (Refusal::BadGait(GaitError::JointLimits(3)), "002a01040403"),
+        (Refusal::BadGait(GaitError::Kind), "002a010405"),
+        (Refusal::BadGait(GaitError::Rows), "002a010406"),
+        (Refusal::BadGait(GaitError::Step), "002a010407"),
         (Refusal::Amplitude, "002a0105"),
         (Refusal::NoGait, "002a0106"),
         (Refusal::Faulted(Fault::Watchdog), "002a010702"),
+        (Refusal::Faulted(Fault::Undervoltage), "002a010703"),
+        (Refusal::Faulted(Fault::Overcurrent), "002a010704"),
         (Refusal::AlreadyWalking, "002a0108"),
         (Refusal::ChipMissing(Fault::ServoDriverLost), "002a010900"),
         (Refusal::StorageBusy, "002a010a"),
         (Refusal::SupplyTooLow { bus_mv: 4500 }, "002a010b9423"),
-        (Refusal::Faulted(Fault::Undervoltage), "002a010703"),
-        (Refusal::Faulted(Fault::Overcurrent), "002a010704"),
+        (Refusal::StorageFull, "002a010c"),
+        (Refusal::NoSuchGait, "002a010d"),
+        (Refusal::BadCalibration(CalibrationError::Length), "002a010e00"),
+        (Refusal::BadCalibration(CalibrationError::Channel(7)), "002a010e0107"),
+        (Refusal::BadCalibration(CalibrationError::Pulse(0)), "002a010e0200"),
+        (Refusal::BadCalibration(CalibrationError::Board), "002a010e03"),
+        (Refusal::ServosOn, "002a010f"),
+        (Refusal::StreamFull, "002a0110"),
+        (Refusal::NoStream, "002a0111"),
+        (Refusal::Range, "002a0112"),
     ] {
         reply(Reply::Refused(refusal), hex);
     }
@@ -135,20 +184,37 @@ fn telemetry_and_events_keep_their_bytes() {
         missed_samples: 1,
     };
     golden::<Message>(&Message::Telemetry(telemetry), "01e80703d005bfe8da0402808002dc2e97c00101");
+    let stopping = Telemetry { state: State::Stopping, ..telemetry };
+    golden::<Message>(&Message::Telemetry(stopping), "01e80704d005bfe8da0402808002dc2e97c00101");
     golden::<Message>(&Message::Event(Event::Started(ResetCause::Watchdog)), "020003");
     golden::<Message>(&Message::Event(Event::Fault(Fault::ServoDriverLost)), "020100");
-    golden::<Message>(&Message::Event(Event::WalkFinished), "0202");
-    golden::<Message>(&Message::Event(Event::LinkLost), "0203");
+    for (end, hex) in [
+        (WalkEnd::Finished, "020200"),
+        (WalkEnd::Asked, "020201"),
+        (WalkEnd::LinkLost, "020202"),
+        (WalkEnd::StopByte, "020203"),
+        (WalkEnd::Button, "020204"),
+        (WalkEnd::StreamDry, "020205"),
+        (WalkEnd::Fault(Fault::Overcurrent), "02020604"),
+    ] {
+        golden::<Message>(&Message::Event(Event::WalkEnded(end)), hex);
+    }
+}
+
+fn frame(request: &Request) -> String {
+    let mut buffer = [0; MAX_FRAME_LEN];
+    encode(request, &mut buffer).expect("fits").iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[test]
 fn the_frame_around_a_command_keeps_its_bytes() {
-    let request: Request = Request { seq: 0, command: Command::Hello { protocol_version: 2 } };
+    assert_eq!(frame(&Request { seq: 0, command: Command::Hello { protocol_version: 3 } }), "0101040357f400");
+}
 
-    let frame: String =
-        encode(&request, &mut [0; MAX_FRAME_LEN]).expect("fits").iter().map(|b| format!("{b:02x}")).collect();
-
-    assert_eq!(frame, "01010402dee500");
+/// 0xD2, 2, 0 and CRC 0xCFCB: the code byte before each tells which of the two it was.
+#[test]
+fn a_stop_byte_and_a_zero_in_a_frame_keep_their_code_bytes() {
+    assert_eq!(frame(&Request { seq: 0xD2, command: Command::UploadBegin { len: 0 } }), "81020203cbcf00");
 }
 
 #[test]
@@ -177,27 +243,26 @@ fn a_gait_table_keeps_its_bytes_and_its_length() {
     let mut buffer = [0; MAX_ENCODED_LEN];
     let bytes = table().encode(&mut buffer).expect("a valid table");
 
-    assert_eq!(bytes.len(), 249);
-    let head: String = bytes[..27].iter().map(|b| format!("{b:02x}")).collect();
-    assert_eq!(head, "676f6c64656e0000000000000000000087ad4b0018000200c90037");
+    assert_eq!(bytes.len(), 251);
+    let head: String = bytes[..29].iter().map(|b| format!("{b:02x}")).collect();
+    assert_eq!(head, "00676f6c64656e0000000000000000000087d6120000180002".to_owned() + "00c90037");
     // A message followed by its CRC-32 leaves this residue, whatever the message.
     assert_eq!(protocol::crc::crc32(bytes), 0x2144_DF1C);
     assert_eq!(GaitTable::decode(bytes), Ok(table()));
 }
 
-/// The robot reads and writes tables by hand; postcard is what they must be.
+/// Robots find each field by its place: postcard is what the places must be.
 #[test]
 fn tables_are_postcard_whatever_their_period() {
     for period_us in [100_000, 123_456, 2_097_151, 2_097_152, 60_000_000] {
         let table = GaitTable { period_us, ..table() };
-        let mut by_hand = Vec::new();
-        table.for_each_byte(|byte| by_hand.push(byte));
+        let mut buffer = [0; MAX_ENCODED_LEN];
+        let encoded = table.encode(&mut buffer).expect("a valid table").to_vec();
 
         let mut buffer = [0; MAX_ENCODED_LEN];
-        assert_eq!(postcard::to_slice(&table, &mut buffer).expect("encodes"), by_hand);
-        let crc = protocol::crc::crc32(&by_hand);
-        by_hand.extend(crc.to_le_bytes());
-        assert_eq!(GaitTable::decode(&by_hand), Ok(table));
+        let by_postcard = postcard::to_slice(&(0_u8, table), &mut buffer).expect("encodes").to_vec();
+        assert_eq!(encoded[..encoded.len() - 4], by_postcard);
+        assert_eq!(GaitTable::decode(&encoded), Ok(table));
     }
 }
 

@@ -81,15 +81,15 @@ impl SampledTable {
         centres_deg: &[f64; JOINT_COUNT],
         rows_deg: &[[f64; JOINT_COUNT]],
     ) -> Option<Self> {
-        let largest_deg = rows_deg.iter().flatten().fold(0.0, |largest: f64, deg| {
-            // Unlike `max`, this keeps a NaN.
-            if deg.abs() <= largest { largest } else { deg.abs() }
-        });
+        if !centres_deg.iter().chain(rows_deg.iter().flatten()).all(|deg| deg.is_finite()) {
+            return None;
+        }
+        let largest_deg = rows_deg.iter().flatten().fold(0.0, |largest: f64, deg| largest.max(deg.abs()));
         // Up, so that the largest deviation is at most 127 steps.
         let step = largest_deg * STEP_UNITS_PER_DEG / 127.0;
         let whole = step as u8;
         let step = if f64::from(whole) < step { whole.checked_add(1)? } else { whole.max(1) };
-        if !(f64::from(step) * 127.0 >= largest_deg * STEP_UNITS_PER_DEG) {
+        if f64::from(step) * 127.0 < largest_deg * STEP_UNITS_PER_DEG {
             return None;
         }
         let mut rows = [[0; JOINT_COUNT]; MAX_ROWS];
