@@ -13,7 +13,8 @@ pub mod words;
 pub use error::LinkError;
 pub use patience::Patience;
 
-use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request};
+use protocol::command::Record;
+use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request, STOP_BYTE};
 use protocol::{Command, Event, HelloReply, Message, PROTOCOL_VERSION, Refusal, Reply, Status};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
@@ -104,13 +105,28 @@ impl<P: Read + Write> Link<P> {
         self.bad_frames
     }
 
-    /// Sends a command until its answer arrives.
+    /// Sends a command until its answer arrives, and again while the robot is
+    /// busy with its EEPROM.
     ///
     /// # Errors
     /// [`LinkError::Refused`] if the robot says no, [`LinkError::NoReply`] if it
     /// says nothing, [`LinkError::Reset`] if it started anew meanwhile, or a
     /// broken port.
     pub fn request(&mut self, command: Command) -> Result<Reply, LinkError> {
+        let deadline = Instant::now() + self.patience.busy_for;
+        loop {
+            match self.request_once(command) {
+                Err(LinkError::Refused { refusal: Refusal::StorageBusy, .. })
+                    if Instant::now() < deadline =>
+                {
+                    std::thread::sleep(self.patience.busy_every);
+                }
+                outcome => return outcome,
+            }
+        }
+    }
+
+    fn request_once(&mut self, command: Command) -> Result<Reply, LinkError> {
         self.seq = self.seq.wrapping_add(1);
         let seq = self.seq;
         for _ in 0..self.patience.attempts {
@@ -155,23 +171,31 @@ impl<P: Read + Write> Link<P> {
         }
     }
 
-    /// Reads the active gait's encoded table; empty if there is none.
+    /// Reads a record piece by piece; empty if the robot has none.
     ///
     /// # Errors
     /// As [`Self::request`].
-    pub fn read_gait(&mut self) -> Result<Vec<u8>, LinkError> {
+    pub fn read(&mut self, record: Record) -> Result<Vec<u8>, LinkError> {
         let mut bytes = Vec::new();
         while bytes.len() < protocol::gait::MAX_ENCODED_LEN {
-            let command = Command::ReadGait { offset: bytes.len() as u16 };
+            let command = Command::Read { record, offset: bytes.len() as u16 };
             match self.request(command) {
-                Ok(Reply::GaitChunk(chunk)) if chunk.as_slice().is_empty() => break,
-                Ok(Reply::GaitChunk(chunk)) => bytes.extend(chunk.as_slice()),
+                Ok(Reply::Piece(piece)) if piece.as_slice().is_empty() => break,
+                Ok(Reply::Piece(piece)) => bytes.extend(piece.as_slice()),
                 Ok(_) => return Err(LinkError::WrongReply { command: words::command(&command) }),
                 Err(LinkError::Refused { refusal: Refusal::NoGait, .. }) => return Ok(Vec::new()),
                 Err(error) => return Err(error),
             }
         }
         Ok(bytes)
+    }
+
+    /// Sends the byte that stops a robot in the middle of whatever it hears.
+    ///
+    /// # Errors
+    /// A broken port; the robot does not answer.
+    pub fn send_stop_byte(&mut self) -> Result<(), LinkError> {
+        self.port.write_all(&[STOP_BYTE]).map_err(|source| self.broken("write to", source))
     }
 
     /// The next telemetry or event, or `None` at the deadline.

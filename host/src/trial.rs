@@ -2,7 +2,8 @@
 //!
 //! A trial is exactly the gait frames after the slow entry. Owns the wait for
 //! its end, the telemetry and the two clocks ([`clock`]), and keeps the robot
-//! walking, which without a host stops after a second; [`table`] keeps the results. Energy and frames come from the robot's own counters, so lost
+//! walking, which without a host stops after a second; [`table`] keeps the
+//! results. Energy and frames come from the robot's own counters, so lost
 //! telemetry costs nothing. Refuses to call a trial whole that was not.
 
 pub mod clock;
@@ -10,7 +11,8 @@ pub mod table;
 
 use crate::link::{Heard, Link, LinkError, words};
 use protocol::{
-    Amplitude, Command, Event, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, State, Telemetry,
+    Amplitude, Command, Event, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, Refusal, Speed, State,
+    Telemetry, WalkEnd,
 };
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,6 +30,49 @@ const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 /// How often the user's wish to stop is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// What a walk came to is known a frame or two after it was told to end.
+const LAST_WORDS: Duration = Duration::from_millis(500);
+
+/// What is asked of a walk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// Gait frames; `None` walks until somebody stops it.
+    pub frames: Option<u32>,
+    /// `None` walks with the stored amplitude.
+    pub amplitude: Option<Amplitude>,
+    /// Of the gait's own.
+    pub speed: Speed,
+    /// A rehearsal with limp servos.
+    pub dry_run: bool,
+}
+
+impl Order {
+    /// `frames` at the stored amplitude and the gait's own speed.
+    #[must_use]
+    pub const fn of(frames: u32) -> Self {
+        Self { frames: Some(frames), amplitude: None, speed: Speed::ONE, dry_run: false }
+    }
+}
+
+/// Who looks on while a robot walks, and may wish for something else meanwhile.
+pub trait Watcher {
+    /// A sample arrived.
+    fn progress(&mut self, state: State, played: u32);
+
+    /// The next change that is wished for.
+    fn wish(&mut self) -> Option<Command> {
+        None
+    }
+
+    /// What became of it.
+    fn granted(&mut self, _wish: Command, _refusal: Option<Refusal>) {}
+}
+
+impl<F: FnMut(State, u32)> Watcher for F {
+    fn progress(&mut self, state: State, played: u32) {
+        self(state, played);
+    }
+}
 
 /// One telemetry message and when it arrived.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,12 +93,22 @@ pub enum TrialStop {
         fault: Fault,
     },
     /// The robot ended the walk early, without a fault.
-    #[error("the robot stopped after {frames} of {asked} gait frames without naming a fault")]
+    #[error("the robot stopped after {}", words_of_frames(*.frames, *.asked))]
     Early {
         /// Gait frames played.
         frames: u32,
         /// Gait frames asked for.
-        asked: u32,
+        asked: Option<u32>,
+    },
+    /// Somebody else ended the walk.
+    #[error("the robot stopped after {}: {}", words_of_frames(*.frames, *.asked), words::walk_end(*.end))]
+    Ended {
+        /// How.
+        end: WalkEnd,
+        /// Gait frames played.
+        frames: u32,
+        /// Gait frames asked for.
+        asked: Option<u32>,
     },
     /// The robot heard no command for too long.
     #[error(
@@ -65,12 +120,12 @@ pub enum TrialStop {
     #[error("the robot has not reached its first pose after {} s", ENTRY_TIMEOUT.as_secs())]
     Entry,
     /// It answers, but sends no telemetry, or counts no frames.
-    #[error("the robot answers, but its trial does not end: {frames} of {asked} gait frames are counted")]
+    #[error("the robot answers, but its trial does not end: {} are counted", words_of_frames(*.frames, *.asked))]
     Stuck {
         /// Gait frames it reported last.
         frames: u32,
         /// Gait frames asked for.
-        asked: u32,
+        asked: Option<u32>,
     },
     /// The link broke, the robot was reset, or it fell silent.
     #[error("the trial was cut short")]
@@ -83,11 +138,16 @@ pub enum TrialStop {
     Interrupted,
 }
 
+fn words_of_frames(frames: u32, asked: Option<u32>) -> String {
+    match asked {
+        Some(asked) => format!("{frames} of {asked} gait frames"),
+        None => format!("{frames} gait frames"),
+    }
+}
+
 /// What was walked.
 #[derive(Debug)]
 pub struct Trial {
-    /// Gait frames asked for.
-    pub asked_frames: u32,
     /// Everything the robot said, from the order to walk until the trial was over.
     pub samples: Vec<Sample>,
     /// Why it is not whole, if it is not.
@@ -130,20 +190,23 @@ impl Trial {
     }
 }
 
-/// Brings the robot to rest, so that a walk can be asked for: clears a fault
-/// whose cause is gone, and ends a walk that still goes on.
+/// Brings the robot to rest, so that a walk can be asked for: ends one that
+/// still goes on.
 ///
 /// # Errors
-/// [`LinkError`]; [`LinkError::Refused`] if the fault is still there.
+/// [`LinkError`]; [`LinkError::Refused`] if a fault is latched, which only
+/// the user clears.
 pub fn prepare<P: Read + Write>(link: &mut Link<P>) -> Result<(), LinkError> {
     let deadline = Instant::now() + STOP_TIMEOUT;
     loop {
         match link.status()?.state {
             // Holding is the end of a walk: the next one may begin there.
             State::Idle | State::Holding => return Ok(()),
-            State::Fault(_) => link.order(Command::ClearFault)?,
+            State::Fault(fault) => {
+                return Err(LinkError::Refused { command: "walk", refusal: Refusal::Faulted(fault) });
+            }
             State::Entering | State::Walking => link.order(Command::Stop)?,
-            State::Booting => {}
+            State::Booting | State::Stopping => {}
         }
         if Instant::now() >= deadline {
             // What the robot thinks of it will say more than we could.
@@ -153,7 +216,7 @@ pub fn prepare<P: Read + Write>(link: &mut Link<P>) -> Result<(), LinkError> {
     }
 }
 
-/// Walks `frames` gait frames; `progress` is told the frames played so far.
+/// Walks attached, until the frames are played or `stop` is set.
 ///
 /// The trial is returned however it ended; see [`Trial::stop`].
 ///
@@ -161,36 +224,66 @@ pub fn prepare<P: Read + Write>(link: &mut Link<P>) -> Result<(), LinkError> {
 /// [`LinkError`] if the walk could not even begin.
 pub fn walk<P: Read + Write>(
     link: &mut Link<P>,
-    frames: u32,
-    amplitude: Option<Amplitude>,
+    order: &Order,
     stop: &AtomicBool,
-    mut progress: impl FnMut(State, u32),
+    mut watcher: impl Watcher,
 ) -> Result<Trial, LinkError> {
+    let Order { frames, amplitude, speed, dry_run } = *order;
     // Telemetry of before the walk tells of the trial before: none may be under way.
     link.order(Command::StreamTelemetry { every_frames: 0 })?;
     while link.next_unasked(Instant::now())?.is_some() {}
-    link.order(Command::Walk { amplitude, frames: Some(frames), detached: false })?;
-    link.order(Command::StreamTelemetry { every_frames: 1 })?;
-    let mut trial = Trial { asked_frames: frames, samples: Vec::new(), stop: None };
-    trial.stop = follow(link, &mut trial.samples, frames, stop, &mut progress).err();
-    if matches!(trial.stop, Some(TrialStop::Interrupted | TrialStop::Entry | TrialStop::Stuck { .. })) {
-        // A robot that cannot be reached any more stops by itself, for want of heartbeats.
-        let _ = link.order(Command::Stop);
+    link.order(Command::Walk { amplitude, frames, detached: false, dry_run })?;
+    let mut trial = Trial { samples: Vec::new(), stop: None };
+    // A walk that has begun is told to stop, whatever fails from here on.
+    let begun = begin(link, speed).map_err(|source| TrialStop::Link { source });
+    trial.stop = begun.and_then(|()| follow(link, &mut trial.samples, frames, stop, &mut watcher)).err();
+    if let Some(
+        TrialStop::Interrupted | TrialStop::Entry | TrialStop::Stuck { .. } | TrialStop::Link { .. },
+    ) = trial.stop
+    {
+        stop_now(link, &mut trial.samples);
     }
     let _ = link.order(Command::StreamTelemetry { every_frames: 0 });
     Ok(trial)
 }
 
+fn begin<P: Read + Write>(link: &mut Link<P>, speed: Speed) -> Result<(), LinkError> {
+    // A new walk has the gait's own speed.
+    if speed != Speed::ONE {
+        link.order(Command::SetSpeed(speed))?;
+    }
+    link.order(Command::StreamTelemetry { every_frames: 1 })
+}
+
+/// Ends the walk by the stop byte, which needs no answer, and hears out what it came to.
+///
+/// A robot that cannot be reached any more stops by itself, for want of heartbeats.
+fn stop_now<P: Read + Write>(link: &mut Link<P>, samples: &mut Vec<Sample>) {
+    if link.send_stop_byte().and_then(|()| link.order(Command::Stop)).is_err() {
+        return;
+    }
+    let deadline = Instant::now() + LAST_WORDS;
+    while let Ok(Some(heard)) = link.next_unasked(deadline) {
+        if let Message::Telemetry(telemetry) = heard.message {
+            samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
+            if !matches!(telemetry.state, State::Entering | State::Walking) {
+                return;
+            }
+        }
+    }
+}
+
 fn follow<P: Read + Write>(
     link: &mut Link<P>,
     samples: &mut Vec<Sample>,
-    frames: u32,
+    frames: Option<u32>,
     stop: &AtomicBool,
-    progress: &mut impl FnMut(State, u32),
+    watcher: &mut impl Watcher,
 ) -> Result<(), TrialStop> {
     let broken = |source| TrialStop::Link { source };
     let begin = Instant::now();
-    let walk_timeout = Duration::from_secs_f64(1.5 * f64::from(frames) / f64::from(FRAME_RATE_HZ) + 5.0);
+    let timeout = |frames: u32| 1.5 * f64::from(frames) / f64::from(FRAME_RATE_HZ) + 5.0;
+    let walk_timeout = frames.map_or(Duration::MAX, |frames| Duration::from_secs_f64(timeout(frames)));
     let mut walking_since = None;
     let mut last_heard = begin;
     let mut last_asked = begin;
@@ -216,14 +309,22 @@ fn follow<P: Read + Write>(
             last_asked = Instant::now();
             link.status().map_err(broken)?;
         }
+        if let Some(wish) = watcher.wish() {
+            last_asked = Instant::now();
+            match link.order(wish) {
+                Ok(()) => watcher.granted(wish, None),
+                Err(LinkError::Refused { refusal, .. }) => watcher.granted(wish, Some(refusal)),
+                Err(source) => return Err(TrialStop::Link { source }),
+            }
+        }
         let Some(heard) = link.next_unasked(Instant::now() + LOOK_EVERY).map_err(broken)? else { continue };
         last_heard = Instant::now();
         match heard.message {
             Message::Event(Event::Fault(fault)) => return Err(TrialStop::Fault { fault }),
-            Message::Event(Event::LinkLost) => return Err(TrialStop::LinkLost),
+            Message::Event(Event::WalkEnded(end)) => ended(end, samples, frames)?,
             Message::Telemetry(telemetry) => {
                 samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
-                progress(telemetry.state, telemetry.trial_frames);
+                watcher.progress(telemetry.state, telemetry.trial_frames);
                 if telemetry.trial_frames > 0 {
                     walking_since.get_or_insert(last_heard);
                 }
@@ -236,11 +337,23 @@ fn follow<P: Read + Write>(
     }
 }
 
+/// What the robot's word on the end of its walk means for the trial.
+fn ended(end: WalkEnd, samples: &[Sample], asked: Option<u32>) -> Result<(), TrialStop> {
+    let frames = samples.last().map_or(0, |s| s.telemetry.trial_frames);
+    match end {
+        // The counters of the last frame are still on their way.
+        WalkEnd::Finished => Ok(()),
+        WalkEnd::LinkLost => Err(TrialStop::LinkLost),
+        WalkEnd::Fault(fault) => Err(TrialStop::Fault { fault }),
+        end => Err(TrialStop::Ended { end, frames, asked }),
+    }
+}
+
 /// Whether the counters are those of the whole trial.
-fn is_over(telemetry: &Telemetry, frames: u32) -> Result<bool, TrialStop> {
+fn is_over(telemetry: &Telemetry, frames: Option<u32>) -> Result<bool, TrialStop> {
     match telemetry.state {
         State::Fault(fault) => Err(TrialStop::Fault { fault }),
-        _ if telemetry.trial_frames >= frames => Ok(true),
+        _ if frames.is_some_and(|frames| telemetry.trial_frames >= frames) => Ok(true),
         // The order to walk was answered before this sample was taken; the
         // player is one frame ahead of its counters, so only idle means over.
         State::Idle => Err(TrialStop::Early { frames: telemetry.trial_frames, asked: frames }),

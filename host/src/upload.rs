@@ -5,8 +5,8 @@
 //! beyond the robot's own limits before anything is sent.
 
 use crate::link::{Link, LinkError};
-use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Storage};
-use protocol::{Amplitude, Chunk, Command, Refusal};
+use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Record, Storage};
+use protocol::{Amplitude, Chunk, Command};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -115,13 +115,7 @@ pub fn upload<P: Read + Write>(
     let at = |stage| move |source| UploadError::Link { stage, source };
 
     progress(Stage::Transfer, 0);
-    begin(link, table.len() as u16).map_err(at(Stage::Transfer))?;
-    for (i, piece) in table.chunks(chunk_len).enumerate() {
-        let offset = i * chunk_len;
-        let command = Command::UploadChunk { offset: offset as u16, data: Chunk::of(piece) };
-        link.order(command).map_err(at(Stage::Transfer))?;
-        progress(Stage::Transfer, offset + piece.len());
-    }
+    transfer(link, table, chunk_len, |sent| progress(Stage::Transfer, sent)).map_err(at(Stage::Transfer))?;
     progress(Stage::Commit, table.len());
     link.order(Command::UploadCommit { amplitude, persist }).map_err(|source| {
         // A refused commit has changed nothing.
@@ -130,7 +124,7 @@ pub fn upload<P: Read + Write>(
     })?;
 
     progress(Stage::Verify, table.len());
-    let read_back = link.read_gait().map_err(at(Stage::Verify))?;
+    let read_back = link.read(Record::Gait).map_err(at(Stage::Verify))?;
     if read_back != table {
         let pairs = read_back.iter().zip(table);
         return Err(UploadError::Differs { at: pairs.take_while(|(a, b)| a == b).count() });
@@ -160,17 +154,24 @@ fn check_limits<P: Read + Write>(
     Ok(usize::from(limits.max_chunk_len).clamp(1, MAX_CHUNK_LEN))
 }
 
-/// Announces the table; waits while an earlier save occupies the robot.
-fn begin<P: Read + Write>(link: &mut Link<P>, len: u16) -> Result<(), LinkError> {
-    let deadline = Instant::now() + SAVE_TIMEOUT;
-    loop {
-        match link.order(Command::UploadBegin { len }) {
-            Err(LinkError::Refused { refusal: Refusal::StorageBusy, .. }) if Instant::now() < deadline => {
-                std::thread::sleep(Duration::from_millis(50));
-            }
-            outcome => return outcome,
-        }
+/// Announces a gait or a calibration and sends its pieces in order; the robot
+/// keeps what it has until a commit.
+///
+/// # Errors
+/// As [`Link::request`].
+pub fn transfer<P: Read + Write>(
+    link: &mut Link<P>,
+    bytes: &[u8],
+    chunk_len: usize,
+    mut progress: impl FnMut(usize),
+) -> Result<(), LinkError> {
+    link.order(Command::UploadBegin { len: bytes.len() as u16 })?;
+    for (i, piece) in bytes.chunks(chunk_len).enumerate() {
+        let offset = i * chunk_len;
+        link.order(Command::UploadChunk { offset: offset as u16, data: Chunk::of(piece) })?;
+        progress(offset + piece.len());
     }
+    Ok(())
 }
 
 fn wait_until_saved<P: Read + Write>(

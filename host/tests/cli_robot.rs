@@ -116,12 +116,12 @@ fn lost_and_corrupt_bytes_are_survived() {
 
 #[test]
 fn another_protocol_version_is_refused_with_both_versions() {
-    let setting = Setting::new(Troubles { protocol_version: Some(3), ..Default::default() });
+    let setting = Setting::new(Troubles { protocol_version: Some(9), ..Default::default() });
 
     let message = fails(&mut setting.upload(), 5);
 
     assert_eq!(setting.active_gait(), "old");
-    assert!(message.contains("speaks protocol version 3, this program version 2"), "{message}");
+    assert!(message.contains("speaks protocol version 9, this program version 3"), "{message}");
     assert!(message.contains("update this program"), "{message}");
 }
 
@@ -285,6 +285,6 @@ fn ctrl_c_stops_the_robot_and_the_program() {
     let status = host.wait().unwrap();
 
     assert_eq!(status.code(), Some(130));
-    assert_eq!(setting.bench.robot(|robot| robot.state), State::Idle);
+    assert_eq!(setting.bench.robot(|robot| (robot.state, robot.stop_bytes)), (State::Holding, 1));
     assert!(setting.trials()[0].iter().any(|field| field.contains("interrupted")));
 }

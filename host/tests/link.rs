@@ -5,10 +5,10 @@ mod fake_robot;
 use fake_robot::{FRAME_ENERGY_UJ, FakeRobot, Troubles};
 use host::gait_file::{GaitFile, JointSeries, Provenance, Source};
 use host::link::{Link, LinkError, Patience};
-use host::trial::{self, Trial, TrialStop};
+use host::trial::{self, Order, Trial, TrialStop};
 use host::upload::{self, Stage, UploadError, Uploaded};
 use protocol::command::Storage;
-use protocol::{Amplitude, Command, Fault, Joint, ResetCause, State};
+use protocol::{Amplitude, Command, Fault, Joint, ResetCause, State, WalkEnd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -19,6 +19,8 @@ const PATIENCE: Patience = Patience {
     hello_for: Duration::from_millis(60),
     reply: Duration::from_millis(5),
     attempts: 6,
+    busy_for: Duration::from_millis(100),
+    busy_every: Duration::from_millis(1),
 };
 
 fn table(name: &str) -> Vec<u8> {
@@ -51,7 +53,7 @@ fn upload(robot: &mut FakeRobot, table: &[u8]) -> Result<Uploaded, UploadError> 
 fn walk(robot: &mut FakeRobot) -> Trial {
     let mut link = connect(robot).unwrap();
     trial::prepare(&mut link).unwrap();
-    trial::walk(&mut link, 120, None, &AtomicBool::new(false), |_, _| {}).unwrap()
+    trial::walk(&mut link, &Order::of(120), &AtomicBool::new(false), |_: State, _: u32| {}).unwrap()
 }
 
 #[test]
@@ -60,7 +62,7 @@ fn a_session_begins_with_the_robots_hello() {
 
     let link = connect(&mut robot).unwrap();
 
-    assert_eq!(link.hello().unwrap().limits.max_gait_len, 256);
+    assert_eq!(link.hello().unwrap().limits.max_gait_len, 264);
 }
 
 #[test]
@@ -80,7 +82,7 @@ fn another_protocol_version_is_named_and_nothing_else_is_sent() {
     let error = connect(&mut robot).unwrap_err();
 
     assert!(matches!(error, LinkError::ProtocolVersion { robot: 9, .. }), "{error}");
-    assert!(error.to_string().contains("speaks protocol version 9, this program version 2"), "{error}");
+    assert!(error.to_string().contains("speaks protocol version 9, this program version 3"), "{error}");
     assert!(robot.done.iter().all(|command| matches!(command, Command::Hello { .. })), "{:?}", robot.done);
 }
 
@@ -271,18 +273,63 @@ fn a_robot_that_goes_limp_early_has_not_walked_the_trial() {
 
     let trial = walk(&mut robot);
 
-    assert!(matches!(trial.stop, Some(TrialStop::Early { frames: 50, asked: 120 })), "{:?}", trial.stop);
+    assert!(
+        matches!(trial.stop, Some(TrialStop::Early { frames: 50, asked: Some(120) })),
+        "{:?}",
+        trial.stop
+    );
 }
 
+/// Whoever has seen to the cause says so, not the program that wants to walk.
 #[test]
-fn a_latched_fault_whose_cause_is_gone_is_cleared_before_the_walk() {
+fn a_latched_fault_is_left_by_an_explicit_clear_only() {
     let mut robot = FakeRobot::with_gait(Troubles::default(), &table("walk"), 2.2);
     robot.state = State::Fault(Fault::Watchdog);
 
-    let trial = walk(&mut robot);
+    let error = trial::prepare(&mut connect(&mut robot).unwrap()).unwrap_err();
 
-    assert_eq!(trial.frames(), 120);
-    assert!(robot.done.contains(&Command::ClearFault));
+    assert!(error.to_string().contains("latched: its program hung"), "{error}");
+    assert!(error.help().unwrap().contains("host status --clear-fault"));
+    assert!(!robot.done.contains(&Command::ClearFault));
+}
+
+#[test]
+fn a_button_on_the_robot_ends_the_trial_with_the_reason() {
+    let troubles = Troubles { button_at: Some(50), ..Default::default() };
+    let mut robot = FakeRobot::with_gait(troubles, &table("walk"), 2.2);
+
+    let stop = walk(&mut robot).stop.unwrap();
+
+    assert!(stop.to_string().contains("of 120 gait frames: its button was pressed"), "{stop}");
+}
+
+#[test]
+fn a_robot_that_writes_its_eeprom_is_waited_for_but_not_for_ever() {
+    let mut busy = FakeRobot::new(Troubles { busy_for: 5, ..Default::default() });
+    let mut stuck = FakeRobot::new(Troubles { busy_for: u32::MAX, ..Default::default() });
+
+    upload(&mut busy, &table("new")).unwrap();
+    let error = upload(&mut stuck, &table("new")).unwrap_err();
+
+    assert_eq!(busy.table, table("new"));
+    let UploadError::Link { stage: Stage::Transfer, source } = &error else { panic!("{error}") };
+    assert!(source.to_string().contains("an earlier save is still going on"), "{source}");
+}
+
+#[test]
+fn a_full_memory_for_gaits_keeps_the_gait_it_had() {
+    let mut robot = FakeRobot::new(Troubles::default());
+    for name in ["one", "two", "three"] {
+        upload(&mut robot, &table(name)).unwrap();
+    }
+
+    let error = upload(&mut robot, &table("four")).unwrap_err();
+    upload(&mut robot, &table("two")).unwrap();
+
+    let UploadError::Link { stage: Stage::Transfer, source } = &error else { panic!("{error}") };
+    assert!(source.to_string().contains("all taken by gaits of other names"), "{source}");
+    assert!(source.help().unwrap().contains("host gaits --erase NAME"));
+    assert_eq!(robot.table, table("two"));
 }
 
 #[test]
@@ -292,7 +339,7 @@ fn an_interrupted_trial_tells_the_robot_to_stop() {
     let mut link = connect(&mut robot).unwrap();
     trial::prepare(&mut link).unwrap();
 
-    let trial = trial::walk(&mut link, 120, None, &stop, |_, played| {
+    let trial = trial::walk(&mut link, &Order::of(120), &stop, |_: State, played: u32| {
         if played == 40 {
             stop.store(true, Ordering::Relaxed);
         }
@@ -302,7 +349,9 @@ fn an_interrupted_trial_tells_the_robot_to_stop() {
     drop(link);
     assert!(matches!(trial.stop, Some(TrialStop::Interrupted)), "{:?}", trial.stop);
     assert_eq!(trial.frames(), 40);
-    assert_eq!(robot.state, State::Idle);
+    // The byte ended it, before the command came.
+    assert_eq!((robot.state, robot.stop_bytes), (State::Holding, 1));
+    assert_eq!(robot.last_trial.map(|trial| trial.end), Some(WalkEnd::StopByte));
     assert!(robot.done.contains(&Command::Stop));
 }
 
@@ -311,7 +360,8 @@ fn a_robot_without_a_gait_refuses_to_walk() {
     let mut robot = FakeRobot::new(Troubles::default());
     let mut link = connect(&mut robot).unwrap();
 
-    let error = trial::walk(&mut link, 120, None, &AtomicBool::new(false), |_, _| {}).unwrap_err();
+    let error =
+        trial::walk(&mut link, &Order::of(120), &AtomicBool::new(false), |_: State, _: u32| {}).unwrap_err();
 
     assert_eq!(error.to_string(), "the robot refused to walk: it has no gait");
     assert!(error.help().unwrap().contains("host upload-gait"));

@@ -5,8 +5,8 @@
 //!
 //! COBS replaces two values here instead of one: 0, and [`STOP_BYTE`], which so
 //! never occurs within a frame and stops the robot wherever it arrives. A code
-//! byte is the distance to the next replaced byte, plus [`STOP_FLAG`] if that
-//! one was a stop byte; frames without one are plain COBS.
+//! byte is the distance to the next replaced byte, plus 0x80 if that one was a
+//! stop byte; frames without one are plain COBS.
 
 use crate::command::{Chunk, Command, MAX_CHUNK_LEN};
 use crate::crc::crc16;

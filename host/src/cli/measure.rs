@@ -17,10 +17,10 @@ use crate::link::{LinkError, words};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::trial::table::{self, Row, TableError};
-use crate::trial::{self, TrialStop, clock};
+use crate::trial::{self, Order, TrialStop, clock};
 use distance::Source;
 use indicatif::{ProgressBar, ProgressStyle};
-use protocol::command::ActiveGait;
+use protocol::command::{ActiveGait, Record};
 use protocol::{Amplitude, FRAME_RATE_HZ, GaitTable, Refusal, State};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -97,18 +97,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let gait = Gait::on(&mut link, &args)?;
     let stop = interruptible()?;
     let bar = progress_bar(frames, args.json);
-    let trial = trial::walk(
-        &mut link,
-        frames,
-        args.amplitude.and_then(Amplitude::from_f64),
-        &stop,
-        |state, played| {
-            bar.set_message(words::state(state));
-            if state != State::Entering {
-                bar.set_position(u64::from(played));
-            }
-        },
-    );
+    let order = Order { amplitude: args.amplitude.and_then(Amplitude::from_f64), ..Order::of(frames) };
+    let trial = trial::walk(&mut link, &order, &stop, |state: State, played: u32| {
+        bar.set_message(words::state(state));
+        if state != State::Entering {
+            bar.set_position(u64::from(played));
+        }
+    });
     bar.finish_and_clear();
     let mut trial = trial.map_err(unreachable_robot)?;
     drop(link);
@@ -149,7 +144,7 @@ impl Gait {
         trial::prepare(link).map_err(unreachable_robot)?;
         let status = link.status().map_err(unreachable_robot)?;
         let Some(active) = status.gait else { return Err(unreachable_robot(no_gait)) };
-        let bytes = link.read_gait().map_err(unreachable_robot)?;
+        let bytes = link.read(Record::Gait).map_err(unreachable_robot)?;
         let amplitude = args.amplitude.and_then(Amplitude::from_f64).unwrap_or(active.amplitude);
         if let (Some(asked), Ok(table), false) = (args.amplitude, GaitTable::decode(&bytes), args.clip) {
             GaitFile::from_table(&table).check_limits(asked).map_err(|source| {
@@ -232,8 +227,10 @@ fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
         other => other.to_string(),
     });
     let help = match &stop {
-        TrialStop::Fault { fault } => words::fault_help(*fault).to_owned(),
-        TrialStop::Early { .. } | TrialStop::Stuck { .. } => "repeat the trial; see its telemetry".to_owned(),
+        TrialStop::Fault { fault } => format!("{}, {}", words::fault_help(*fault), words::CLEAR_FAULT),
+        TrialStop::Early { .. } | TrialStop::Stuck { .. } | TrialStop::Ended { .. } => {
+            "repeat the trial; see its telemetry".to_owned()
+        }
         TrialStop::LinkLost => {
             "check cable and port; was this computer asleep or overloaded? Repeat the trial".to_owned()
         }

@@ -3,7 +3,7 @@
 use super::FILE_VERSION;
 use crate::run_folder::FileError;
 use protocol::gait::{
-    COEFFICIENT_COUNT, GaitError, MAX_DEVIATION_DEG, MAX_LIMIT_DEG, MAX_PERIOD_US, MIN_PERIOD_US,
+    COEFFICIENT_COUNT, GaitError, MAX_DEVIATION_DEG, MAX_LIMIT_DEG, MAX_PERIOD_US, MAX_ROWS, MIN_PERIOD_US,
 };
 use protocol::{JOINT_COUNT, Joint, Name};
 use std::path::PathBuf;
@@ -139,5 +139,10 @@ pub fn describe(error: GaitError) -> String {
             let joint = Joint::ALL.get(usize::from(index)).map_or("a joint", |j| j.name());
             format!("{joint}'s limits are reversed, beyond {MAX_LIMIT_DEG} degrees, or exclude its centre")
         }
+        GaitError::Kind => {
+            "it is neither a polynomial nor a row of samples, or not the kind asked for".into()
+        }
+        GaitError::Rows => format!("it has fewer than 2 or more than {MAX_ROWS} rows, or a sample of -128"),
+        GaitError::Step => "the step of its samples is 0".into(),
     }
 }

@@ -143,7 +143,7 @@ impl LinkError {
             Self::Reset { .. } => {
                 "servo power must not come through the Nano: check supply and common ground, then repeat"
             }
-            Self::Refused { refusal, .. } => return words::refusal_help(*refusal).map(str::to_owned),
+            Self::Refused { refusal, .. } => return words::refusal_help(*refusal),
             Self::List { .. } | Self::WrongReply { .. } => return None,
         };
         Some(help.to_owned())

@@ -17,6 +17,10 @@ pub struct Patience {
     pub reply: Duration,
     /// How often a command is sent before giving up.
     pub attempts: u32,
+    /// For a robot that writes its EEPROM: a gait and its header take about a second.
+    pub busy_for: Duration,
+    /// Between two tries meanwhile.
+    pub busy_every: Duration,
 }
 
 impl Default for Patience {
@@ -27,6 +31,8 @@ impl Default for Patience {
             hello_for: Duration::from_secs(6),
             reply: Duration::from_millis(250),
             attempts: 6,
+            busy_for: Duration::from_secs(10),
+            busy_every: Duration::from_millis(50),
         }
     }
 }

@@ -2,18 +2,20 @@
 //! does, and fails on request. It advances one frame whenever it is listened
 //! to and has nothing to say, so a trial takes no time.
 //!
-//! Beyond 300 lines, because its answers and its troubles share one state.
+//! Here are its wires and its frames; what each command does is in [`obey`].
 // Every test file uses another part of it.
 #![allow(dead_code)]
 
 #[cfg(target_os = "linux")]
 pub mod bench;
+mod obey;
 
-use protocol::command::{ActiveGait, HelloReply, Limits, Status, Storage};
-use protocol::frame::{Decoder, MAX_FRAME_LEN, Request, encode, parse};
+use protocol::command::{ActiveGait, CalibrationSource, Storage, StoredGait};
+use protocol::frame::{Decoder, MAX_FRAME_LEN, Request, STOP_BYTE, encode, parse};
+use protocol::gait::Encoded;
 use protocol::{
-    Amplitude, Chunk, Command, Event, Fault, GaitTable, LINK_TIMEOUT_FRAMES, Message, PROTOCOL_VERSION,
-    Refusal, Reply, ResetCause, State, Telemetry,
+    Amplitude, Calibration, Command, Event, Fault, GAIT_SLOTS, JOINT_COUNT, LINK_TIMEOUT_FRAMES, Message,
+    Reply, ResetCause, Speed, State, Telemetry, TrialRecord, WalkEnd,
 };
 use std::collections::VecDeque;
 use std::io::{Error, ErrorKind, Read, Result, Write};
@@ -41,32 +43,61 @@ pub struct Troubles {
     pub faults_at: Option<u32>,
     /// Goes limp in this frame of the walk.
     pub ends_at: Option<u32>,
+    /// Somebody presses its button in this frame of the walk.
+    pub button_at: Option<u32>,
     /// Misses its host after 60 frames of a walk without a command, as the
     /// firmware does; for robots that run in real time.
     pub depends_on_host: bool,
     /// Drops the telemetry of every n-th frame.
     pub drops_telemetry_every: Option<u32>,
-    /// Nothing but a question mark in place of the gait read back.
+    /// Nothing but a question mark in place of what was uploaded.
     pub misremembers: bool,
+    /// Answers so many commands that touch its EEPROM with "busy" first.
+    pub busy_for: u32,
+    /// Has this little at rest.
+    pub supply_mv: Option<u16>,
+    /// Setpoints run dry in this frame, whatever is in the buffer.
+    pub runs_dry_at: Option<u32>,
 }
 
 /// Frames of the slow entry.
 const ENTRY_FRAMES: u32 = 30;
+/// Frames from the end of a walk until the servos are limp.
+const HOLD_FRAMES: u32 = 60;
 /// Energy of each gait frame: 0.9 W at 60 Hz.
 pub const FRAME_ENERGY_UJ: u64 = 15_000;
+
+/// Eight angles in 1/256 degree.
+pub type Pose = [i16; JOINT_COUNT];
 
 #[derive(Debug)]
 pub struct FakeRobot {
     pub troubles: Troubles,
-    /// Encoded table of the active gait.
+    /// The active gait's bytes.
     pub table: Vec<u8>,
     pub active: Option<ActiveGait>,
     pub storage: Storage,
     /// Every command that was carried out, repeats not counted.
     pub done: Vec<Command>,
     pub state: State,
+    /// Its EEPROM: gaits by place, calibration, the last walk.
+    pub stored: [Option<(StoredGait, Vec<u8>)>; GAIT_SLOTS as usize],
+    pub calibration: Calibration,
+    pub calibration_source: CalibrationSource,
+    pub last_trial: Option<TrialRecord>,
+    /// Setpoints that it has played.
+    pub played: Vec<Pose>,
+    /// Output and counts that are being nudged.
+    pub nudged: Option<(u8, u16)>,
+    /// All nudges, the ends of them not counted.
+    pub nudges: Vec<(u8, u16)>,
+    pub amplitude: Amplitude,
+    pub speed: Speed,
+    pub stop_bytes: u32,
+    is_detached: bool,
+    stream: Option<VecDeque<Pose>>,
     uploading: Vec<u8>,
-    received: Vec<bool>,
+    upload_len: usize,
     decoder: Decoder,
     out: VecDeque<u8>,
     last: Option<(u8, Command, Reply)>,
@@ -78,6 +109,7 @@ pub struct FakeRobot {
     uptime_frames: u32,
     asked_frames: u32,
     entered: u32,
+    held: u32,
     trial_frames: u32,
     silent_frames: u8,
 }
@@ -91,8 +123,20 @@ impl FakeRobot {
             storage: Storage::RamOnly,
             done: Vec::new(),
             state: State::Idle,
+            stored: Default::default(),
+            calibration: Calibration::authors(),
+            calibration_source: CalibrationSource::Default,
+            last_trial: None,
+            played: Vec::new(),
+            nudged: None,
+            nudges: Vec::new(),
+            amplitude: Amplitude::ONE,
+            speed: Speed::ONE,
+            stop_bytes: 0,
+            is_detached: false,
+            stream: None,
             uploading: Vec::new(),
-            received: Vec::new(),
+            upload_len: 0,
             decoder: Decoder::new(),
             out: VecDeque::new(),
             last: None,
@@ -104,6 +148,7 @@ impl FakeRobot {
             uptime_frames: 0,
             asked_frames: 0,
             entered: 0,
+            held: 0,
             trial_frames: 0,
             silent_frames: 0,
         }
@@ -112,24 +157,40 @@ impl FakeRobot {
     /// With a gait, as if uploaded and saved before.
     pub fn with_gait(troubles: Troubles, table: &[u8], amplitude: f64) -> Self {
         let mut robot = Self::new(troubles);
-        robot.activate(table, Amplitude::from_f64(amplitude).expect("in range"));
+        let amplitude = Amplitude::from_f64(amplitude).expect("in range");
+        robot.activate(table, amplitude);
+        robot.store_active().expect("the first place is free");
         robot.storage = Storage::Saved;
         robot
     }
 
     fn activate(&mut self, table: &[u8], amplitude: Amplitude) {
-        let gait = GaitTable::decode(table).expect("a whole table");
-        let crc32 = u32::from_le_bytes(*table.last_chunk().expect("a CRC"));
-        self.active = Some(ActiveGait { name: gait.name, crc32, amplitude });
+        let mut gait = Encoded::EMPTY;
+        gait.replace(table).expect("a whole table");
+        self.active = Some(ActiveGait { name: gait.name(), crc32: gait.crc32(), amplitude });
+        self.amplitude = amplitude;
         self.table = table.to_vec();
     }
 
     /// What opening the port does to a Nano.
     pub fn reset(&mut self, cause: ResetCause) {
-        let troubles = self.troubles.clone();
-        let (table, active, storage) = (std::mem::take(&mut self.table), self.active, self.storage);
-        let done = std::mem::take(&mut self.done);
-        *self = Self { table, active, storage, done, ..Self::new(troubles) };
+        let fresh = Self::new(self.troubles.clone());
+        let old = std::mem::replace(self, fresh);
+        let (table, active, storage) = (old.table, old.active, old.storage);
+        let (stored, calibration, last_trial) = (old.stored, old.calibration, old.last_trial);
+        let calibration_source = old.calibration_source;
+        let fresh = Self::new(old.troubles);
+        *self = Self {
+            table,
+            active,
+            storage,
+            stored,
+            calibration,
+            calibration_source,
+            last_trial,
+            done: old.done,
+            ..fresh
+        };
         self.say(&Message::Event(Event::Started(cause)));
     }
 
@@ -164,123 +225,26 @@ impl FakeRobot {
         self.say(&Message::Reply { seq, reply });
     }
 
-    fn obey(&mut self, command: Command) -> Reply {
-        self.done.push(command);
-        match command {
-            Command::Hello { protocol_version } => self.hello(protocol_version),
-            Command::Status => self.status(),
-            Command::UploadBegin { len } => {
-                self.uploading = vec![0; len.into()];
-                self.received = vec![false; len.into()];
-                Reply::Done
-            }
-            Command::UploadChunk { offset, data } => {
-                let place = usize::from(offset)..usize::from(offset) + data.as_slice().len();
-                match self.uploading.get_mut(place.clone()) {
-                    None => Reply::Refused(Refusal::UploadRange),
-                    Some(bytes) => {
-                        bytes.copy_from_slice(data.as_slice());
-                        self.received[place].fill(true);
-                        Reply::Done
-                    }
-                }
-            }
-            Command::UploadCommit { amplitude, persist } => self.commit(amplitude, persist),
-            Command::ReadGait { .. } if self.troubles.misremembers => Reply::GaitChunk(Chunk::of(b"?")),
-            Command::ReadGait { .. } if self.active.is_none() => Reply::Refused(Refusal::NoGait),
-            Command::ReadGait { offset } => {
-                Reply::GaitChunk(Chunk::of(self.table.get(usize::from(offset)..).unwrap_or(&[])))
-            }
-            Command::Walk { frames, .. } => match self.state {
-                State::Fault(fault) => Reply::Refused(Refusal::Faulted(fault)),
-                State::Entering | State::Walking => Reply::Refused(Refusal::AlreadyWalking),
-                _ if self.active.is_none() => Reply::Refused(Refusal::NoGait),
-                _ => {
-                    self.state = State::Entering;
-                    self.asked_frames = frames.unwrap_or(u32::MAX);
-                    (self.entered, self.trial_frames) = (0, 0);
-                    Reply::Done
-                }
-            },
-            Command::Stop => {
-                self.state = State::Idle;
-                Reply::Done
-            }
-            Command::StreamTelemetry { every_frames } => {
-                self.telemetry_every = every_frames;
-                Reply::Done
-            }
-            Command::SetAmplitude(_) => Reply::Done,
-            Command::ClearFault => {
-                self.state = State::Idle;
-                Reply::Done
-            }
-        }
-    }
-
-    fn hello(&self, asked: u8) -> Reply {
-        let protocol_version = self.troubles.protocol_version.unwrap_or(PROTOCOL_VERSION);
-        if asked != protocol_version {
-            return Reply::Refused(Refusal::ProtocolVersion { robot: protocol_version });
-        }
-        let limits = Limits {
-            frame_rate_hz: 60,
-            max_gait_len: 256,
-            max_chunk_len: 64,
-            min_amplitude: Amplitude::MIN,
-            max_amplitude: Amplitude::MAX,
-        };
-        Reply::Hello(HelloReply {
-            protocol_version,
-            firmware_version: [0, 1, 0],
-            limits,
-            reset_cause: ResetCause::External,
-        })
-    }
-
-    fn status(&mut self) -> Reply {
-        if self.storage == Storage::Saving {
-            self.save_in = self.save_in.saturating_sub(1);
-            if self.save_in == 0 {
-                self.storage = if self.troubles.worn_out { Storage::Failed } else { Storage::Saved };
-            }
-        }
-        let (state, gait, storage) = (self.state, self.active, self.storage);
-        Reply::Status(Status { state, gait, storage, bus_mv: 5000, bad_frames: 0 })
-    }
-
-    fn commit(&mut self, amplitude: Amplitude, persist: bool) -> Reply {
-        if self.received.contains(&false) || self.received.is_empty() {
-            return Reply::Refused(Refusal::UploadIncomplete);
-        }
-        let table = std::mem::take(&mut self.uploading);
-        self.received.clear();
-        if let Err(error) = GaitTable::decode(&table) {
-            return Reply::Refused(Refusal::BadGait(error));
-        }
-        self.activate(&table, amplitude);
-        self.storage = if persist { Storage::Saving } else { Storage::RamOnly };
-        self.save_in = 2;
-        Reply::Done
-    }
-
     /// One sixtieth of a second.
     pub fn frame(&mut self) {
         self.uptime_frames += 1;
         self.silent_frames = self.silent_frames.saturating_add(1);
-        let is_walking = matches!(self.state, State::Entering | State::Walking);
-        if is_walking && self.troubles.depends_on_host && self.silent_frames >= LINK_TIMEOUT_FRAMES {
-            self.state = State::Holding;
-            self.say(&Message::Event(Event::LinkLost));
+        if self.silent_frames >= LINK_TIMEOUT_FRAMES {
+            self.nudged = None;
+            let is_walking = matches!(self.state, State::Entering | State::Walking);
+            if is_walking && self.troubles.depends_on_host && !self.is_detached {
+                self.end(WalkEnd::LinkLost);
+            }
         }
         match self.state {
-            State::Entering => {
-                self.entered += 1;
-                if self.entered == ENTRY_FRAMES {
-                    self.state = State::Walking;
+            State::Entering => self.enter(),
+            State::Walking => self.walk(),
+            State::Holding if self.speed != Speed::PAUSED => {
+                self.held += 1;
+                if self.held >= HOLD_FRAMES {
+                    self.state = State::Idle;
                 }
             }
-            State::Walking => self.walk(),
             _ => {}
         }
         let dropped =
@@ -300,23 +264,64 @@ impl FakeRobot {
         }
     }
 
+    fn enter(&mut self) {
+        // A stream is entered towards its first setpoint, once that is there.
+        if self.stream.as_ref().is_some_and(VecDeque::is_empty) {
+            return;
+        }
+        self.entered += 1;
+        if self.entered == ENTRY_FRAMES {
+            self.state = State::Walking;
+        }
+    }
+
     fn walk(&mut self) {
+        if self.speed == Speed::PAUSED {
+            return;
+        }
+        if let Some(stream) = &mut self.stream {
+            let is_dry = self.troubles.runs_dry_at.is_some_and(|frame| self.trial_frames >= frame);
+            match stream.pop_front().filter(|_| !is_dry) {
+                Some(pose) => self.played.push(pose),
+                None => return self.end(WalkEnd::StreamDry),
+            }
+        }
         self.trial_frames += 1;
         let now = Some(self.trial_frames);
         if now == self.troubles.resets_at {
             self.reset(ResetCause::BrownOut);
         } else if now == self.troubles.faults_at {
-            self.state = State::Fault(Fault::SensorLost);
-            self.say(&Message::Event(Event::Fault(Fault::SensorLost)));
+            self.end(WalkEnd::Fault(Fault::SensorLost));
+        } else if now == self.troubles.button_at {
+            self.end(WalkEnd::Button);
         } else if now == self.troubles.ends_at {
             self.state = State::Idle;
         } else if self.trial_frames == self.asked_frames {
-            self.state = State::Holding;
-            self.say(&Message::Event(Event::WalkFinished));
+            self.end(WalkEnd::Finished);
         }
     }
 
-    /// Gait frames of the last walk.
+    fn end(&mut self, end: WalkEnd) {
+        self.last_trial = Some(TrialRecord {
+            frames: self.trial_frames,
+            energy_uj: u64::from(self.trial_frames) * FRAME_ENERGY_UJ,
+            clipped_frames: 3,
+            missed_samples: 1,
+            gait_crc32: self.active.filter(|_| self.stream.is_none()).map_or(0, |gait| gait.crc32),
+            amplitude: self.amplitude,
+            end,
+        });
+        self.stream = None;
+        self.held = 0;
+        if let WalkEnd::Fault(fault) = end {
+            self.state = State::Fault(fault);
+            self.say(&Message::Event(Event::Fault(fault)));
+        } else {
+            self.state = State::Holding;
+            self.say(&Message::Event(Event::WalkEnded(end)));
+        }
+    }
+
     pub fn trial_frames(&self) -> u32 {
         self.trial_frames
     }
@@ -357,6 +362,14 @@ impl Write for FakeRobot {
                 return Err(Error::from(ErrorKind::BrokenPipe));
             }
             self.bytes_in += 1;
+            if byte == STOP_BYTE {
+                self.stop_bytes += 1;
+                self.nudged = None;
+                if matches!(self.state, State::Entering | State::Walking) {
+                    self.end(WalkEnd::StopByte);
+                }
+                continue;
+            }
             let request = self.decoder.push(byte).map(|body| body.and_then(parse::<Request>));
             if let Some(Ok(request)) = request {
                 self.hear(request);
