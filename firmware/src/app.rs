@@ -1,8 +1,9 @@
 //! The control loop: one [`App::poll`] after another, 60 frames a second.
 //!
 //! Owns the state of the robot and the order of things within a frame: the
-//! timer starts the servo burst, then telemetry goes out, the next burst is
-//! computed and handed over, and once the bus is free the sensor is read.
+//! timer starts the servo burst, then the frame before is counted, telemetry
+//! goes out, and the next burst is computed and handed over. The board reads
+//! the sensor meanwhile.
 //! Bytes from the host and bytes for the persistent memory fill the gaps.
 //! Refuses to wait: every call returns within a few milliseconds. A chip that
 //! is lost while servos are on stops the robot, and it stays stopped until it
@@ -31,7 +32,7 @@ use protocol::{Amplitude, Calibration, Event, Fault, Refusal, Reply, ResetCause,
 use crate::hal::{Board, Bus, FrameClock, Panel, SerialRing, Watchdog};
 use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
-use crate::power::{Sample, Trial};
+use crate::power::{Readings, Sample, Trial};
 use crate::servos;
 use crate::store::{Kind, Saved, Store};
 use crate::upload::Upload;
@@ -91,6 +92,7 @@ pub struct App {
     /// Whether its trial is still to be saved.
     trial_due: bool,
     sample: Sample,
+    readings: Readings,
     telemetry_every: u8,
     reset_cause: ResetCause,
     booted: bool,
@@ -99,8 +101,6 @@ pub struct App {
     telemetry_in: u8,
     staged: Frame,
     live: Frame,
-    /// Whether the sample of the live frame is still to be counted.
-    uncounted: bool,
     bus_work: BusWork,
     since_check: u8,
     servo_misses: u8,
@@ -148,6 +148,7 @@ impl App {
             ended: None,
             trial_due: false,
             sample: Sample::NONE,
+            readings: Readings::NONE,
             telemetry_every: 0,
             reset_cause: ResetCause::PowerOn,
             booted: false,
@@ -156,7 +157,6 @@ impl App {
             telemetry_in: 0,
             staged: Frame::LIMP,
             live: Frame::LIMP,
-            uncounted: false,
             bus_work: BusWork::Burst,
             since_check: 0,
             servo_misses: 0,
@@ -227,12 +227,9 @@ impl App {
 
     #[inline(never)]
     fn start_frame(&mut self, board: &mut impl Board, frames: u8) {
-        if self.uncounted {
-            self.count(true);
-        }
+        self.close_frame(board);
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
         self.live = self.staged;
-        self.uncounted = true;
         self.bus_work = BusWork::Burst;
         self.conclude();
         self.send_telemetry(board);
@@ -294,19 +291,6 @@ impl App {
             missed_samples: self.trial.missed_samples,
         };
         link::send(board.serial(), &Message::Telemetry(telemetry));
-    }
-
-    /// Closes the live frame: its energy counts, with this sample or the last.
-    fn count(&mut self, missed: bool) {
-        self.uncounted = false;
-        if missed {
-            self.sensor_misses = self.sensor_misses.saturating_add(1);
-        } else {
-            self.sensor_misses = 0;
-        }
-        if self.live.gait {
-            self.trial.add(self.sample, self.live.clipped, missed);
-        }
     }
 
     #[inline(never)]

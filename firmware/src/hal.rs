@@ -24,7 +24,7 @@ pub enum BurstState {
     Running,
     /// The chip acknowledged every byte.
     Done,
-    /// Refused, or aborted at the deadline; the bus may be stuck.
+    /// Refused, or aborted at the deadline.
     Failed,
 }
 
@@ -37,10 +37,11 @@ pub struct Reading {
     pub shunt: i16,
 }
 
-/// The I2C bus with a burst that the frame timer starts by itself.
+/// The I2C bus with a burst and readings that the board starts by itself.
 ///
-/// Transactions through [`I2c`] end within 2.5 ms, whatever hangs on the bus:
-/// half of it may pass until the burst is over.
+/// Transactions through [`I2c`] end within 3 ms, whatever hangs on the bus: half
+/// of it may pass until the burst is over. A transfer that did not end, of
+/// either kind, leaves a bus that has been clocked free.
 pub trait Bus: I2c {
     /// Hands over what the servos get at the next frame start.
     ///
@@ -50,11 +51,12 @@ pub trait Bus: I2c {
     /// How this frame's burst went.
     fn burst(&mut self) -> BurstState;
 
-    /// Clocks a stuck chip free and starts over; takes 0.2 ms once the burst is
-    /// over.
-    fn recover(&mut self);
-
     /// The oldest reading that the board took by itself and nobody has seen.
+    ///
+    /// It takes [`READINGS_PER_FRAME`], evenly, and fewer where the bus was in use
+    /// or the sensor did not answer.
+    ///
+    /// [`READINGS_PER_FRAME`]: crate::power::READINGS_PER_FRAME
     fn take_reading(&mut self) -> Option<Reading>;
 
     /// Transfers that failed since the start, those of the board itself included.

@@ -1,9 +1,9 @@
 //! The INA219, and the energy of a trial.
 //!
-//! Owns the sensor's configuration, the last good sample, and the integral.
-//! Integer arithmetic only; the integral carries its remainder, so it is exact
-//! over any number of frames. Refuses to count a frame without a sample: the
-//! one before stands in, and the trial says how often.
+//! Owns the sensor's configuration, what its readings of a frame come to, and
+//! the integral. Integer arithmetic only; the integral carries its remainder,
+//! so it is exact over any number of frames. Refuses to count a frame without a
+//! sample: the one before stands in, and the trial says how often.
 
 use embedded_hal::i2c::I2c;
 use ina219::SyncIna219;
@@ -14,8 +14,20 @@ use ina219::configuration::{
 };
 use protocol::FRAME_RATE_HZ;
 
-/// Bus address 0x41, A0 high: both chips come out of the box at 0x40.
-const ADDRESS: Address = Address::from_pins(Pin::Vcc, Pin::Gnd);
+use crate::hal::Reading;
+
+/// Bus address with A0 high: both chips come out of the box at 0x40.
+pub const ADDRESS: u8 = 0x41;
+/// How often a frame the board reads the sensor.
+///
+/// Servo current pulses with the PWM, which runs free of the frames, at 59.8 Hz
+/// and a few per cent about it: readings at even distances then see every part of
+/// it alike, and nine of them tell a current that is on for a tenth of the time
+/// to 0.4 % within 12 s. Where PWM and frames happen to stand still, within
+/// 0.05 Hz, nine points of the pulses are seen for ever, and energy may be a
+/// quarter off; another prescaler moves them on.
+pub const READINGS_PER_FRAME: u8 = 9;
+
 /// Bus voltage per count.
 const MV_PER_COUNT: u16 = 4;
 /// Current per count of 10 uV across 0.1 ohm.
@@ -23,20 +35,22 @@ const UA_PER_COUNT: i32 = 100;
 /// The shunt register at the end of its /8 range: 320 mV.
 const SHUNT_FULL_SCALE: u16 = 32_000;
 const COUNTS_PER_MA: i16 = (1_000 / UA_PER_COUNT) as i16;
-/// One product of counts is 4 mV * 100 uA for 1/60 s: 400 / 60 nJ, so this
-/// many products make a microjoule.
-const PRODUCTS_PER_UJ: i32 = FRAME_RATE_HZ as i32 * 1_000 / (MV_PER_COUNT as i32 * 100);
+/// One product of counts is 4 mV * 100 uA for a reading's share of 1/60 s, 400 /
+/// 60 / 9 nJ: this many products make a microjoule.
+const PRODUCTS_PER_UJ: u32 = READINGS_PER_FRAME as u32 * FRAME_RATE_HZ * 1_000 / (MV_PER_COUNT as u32 * 100);
 
-const _: () = assert!(PRODUCTS_PER_UJ == 150);
+const _: () = assert!(PRODUCTS_PER_UJ == 1_350 && PRODUCTS_PER_UJ < 1 << 11);
 
-/// 8 samples averaged on both channels: 8.5 ms, half a frame. 16 would take
-/// longer than a frame, and a single one would alias with the servos' PWM.
+/// Short conversions, one after the other: 10 bits take 0.15 ms for each input,
+/// so that a reading's current and voltage belong together. Averaged over longer
+/// times they do not: while current pulses, the voltage sags, and the product of
+/// two means is not the mean of the products.
 const CONFIGURATION: Configuration = Configuration {
     reset: Reset::Run,
     bus_voltage_range: BusVoltageRange::Fsr16v,
     shunt_voltage_range: ShuntVoltageRange::Fsr320mv,
-    bus_resolution: Resolution::Avg8,
-    shunt_resolution: Resolution::Avg8,
+    bus_resolution: Resolution::Res10Bit,
+    shunt_resolution: Resolution::Res10Bit,
     operating_mode: OperatingMode::Continous(MeasuredSignals::ShutAndBusVoltage),
 };
 
@@ -52,32 +66,31 @@ pub enum SensorFault {
 /// Why a frame has no sample of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missed {
-    /// No acknowledge, or a stuck bus.
+    /// Not one reading: no acknowledge, or a stuck bus.
     NoAnswer,
-    /// No conversion ended since the last reading.
-    NotReady,
-    /// The current is beyond the sensor's 3.2 A.
+    /// The current was beyond the sensor's 3.2 A.
     Saturated,
 }
 
-/// One reading, in the sensor's counts.
+/// The readings of one frame, in the sensor's counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sample {
     bus_counts: u16,
     shunt_counts: i16,
+    products: i32,
 }
 
 impl Sample {
     /// No reading yet.
-    pub const NONE: Self = Self { bus_counts: 0, shunt_counts: 0 };
+    pub const NONE: Self = Self { bus_counts: 0, shunt_counts: 0, products: 0 };
 
-    /// Supply voltage.
+    /// Supply voltage, the frame's mean.
     #[must_use]
     pub const fn bus_mv(self) -> u16 {
         self.bus_counts * MV_PER_COUNT
     }
 
-    /// Supply current.
+    /// Supply current, the frame's mean.
     #[must_use]
     pub const fn current_ua(self) -> i32 {
         self.shunt_counts as i32 * UA_PER_COUNT
@@ -89,21 +102,107 @@ impl Sample {
         // 10 counts a milliampere, and at most 3,150 of these: it fits.
         self.shunt_counts >= limit_ma as i16 * COUNTS_PER_MA
     }
+}
 
-    /// What leaves the battery, in products of a bus and a shunt count.
+/// What the readings of a frame have come to so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Readings {
+    count: u8,
+    is_saturated: bool,
+    /// The last one, in counts.
+    bus: u16,
+    shunt: i16,
+    /// Sums over all of them.
+    bus_sum: u16,
+    shunt_sum: i32,
+    products: i32,
+    /// In 256 squared counts of the shunt.
+    squares: i32,
+}
+
+impl Readings {
+    /// None yet.
+    pub const NONE: Self = Self {
+        count: 0,
+        is_saturated: false,
+        bus: 0,
+        shunt: 0,
+        bus_sum: 0,
+        shunt_sum: 0,
+        products: 0,
+        squares: 0,
+    };
+
+    /// Whether the frame has all of its readings; the next one is the next frame's.
+    #[must_use]
+    pub const fn is_complete(&self) -> bool {
+        self.count == READINGS_PER_FRAME
+    }
+
+    /// Adds a reading.
+    pub fn add(&mut self, reading: Reading) {
+        (self.bus, self.shunt) = (reading.bus >> 3, reading.shunt);
+        self.is_saturated |= self.shunt.unsigned_abs() >= SHUNT_FULL_SCALE;
+        self.add_last();
+    }
+
+    fn add_last(&mut self) {
+        let shunt = i32::from(self.shunt);
+        self.count += 1;
+        // Nine times 2^13, and nine times 4,000 in the range that is set.
+        self.bus_sum = self.bus_sum.wrapping_add(self.bus);
+        self.shunt_sum += shunt;
+        // Nine times 4,000 * 32,000 is below 2^31.
+        self.products = self.products.wrapping_add(i32::from(self.bus) * shunt);
+        self.squares += (shunt * shunt) >> 8;
+    }
+
+    /// Closes the frame; the last reading stands in for those that are missing.
     ///
-    /// The bus voltage is taken behind the shunt, whose own drop belongs to the
-    /// battery's energy as well: 6 % at 3 A. A bus count is 400 shunt counts;
-    /// 41/64 of 1/256 is 1/400 to a thousandth, without a division.
-    const fn power_products(self) -> i32 {
-        let shunt = self.shunt_counts as i32;
-        // 4,000 * 32,000 + 32,000 * 32,000 / 400 is below 2^28.
-        self.bus_counts as i32 * shunt + ((((shunt * shunt) >> 8) * 41) >> 6)
+    /// `shunt_gain_q14` corrects the shunt's counts: its resistor is 0.1 ohm to
+    /// within a per cent, and the board's leads add to it.
+    ///
+    /// # Errors
+    /// Why there is no sample.
+    pub fn close(&mut self, shunt_gain_q14: u16) -> Result<Sample, Missed> {
+        let is_missed = self.count == 0;
+        while !is_missed && !self.is_complete() {
+            self.add_last();
+        }
+        let all = core::mem::take(self);
+        if is_missed {
+            return Err(Missed::NoAnswer);
+        }
+        if all.is_saturated {
+            return Err(Missed::Saturated);
+        }
+        // The bus voltage is taken behind the shunt, whose own drop belongs to the
+        // battery's energy as well: 6 % at 3 A. A bus count is 400 shunt counts;
+        // 41/64 of 1/256 is 1/400 to a thousandth, without a division.
+        let lost = corrected((all.squares * 41) >> 6, shunt_gain_q14);
+        Ok(Sample {
+            bus_counts: mean(i32::from(all.bus_sum)) as u16,
+            shunt_counts: corrected(mean(all.shunt_sum), shunt_gain_q14) as i16,
+            products: corrected(all.products + lost, shunt_gain_q14),
+        })
     }
 }
 
+/// A ninth, to the nearest, of sums of nine counts of at most 32,000.
+fn mean(sum: i32) -> i32 {
+    const NINTH_Q16: i32 = (1 << 16) / READINGS_PER_FRAME as i32 + 1;
+    (sum * NINTH_Q16 + (1 << 15)) >> 16
+}
+
+/// `value` times a gain in 2^-14, of which 2^14 leaves every value as it is.
+fn corrected(value: i32, gain_q14: u16) -> i32 {
+    let gain = i32::from(gain_q14);
+    (value >> 14) * gain + (((value & 0x3FFF) * gain) >> 14)
+}
+
 fn chip<B: I2c>(bus: &mut B) -> SyncIna219<&mut B, UnCalibrated> {
-    SyncIna219::new_unchecked(bus, ADDRESS, UnCalibrated)
+    const PINS: Address = Address::from_pins(Pin::Vcc, Pin::Gnd);
+    SyncIna219::new_unchecked(bus, PINS, UnCalibrated)
 }
 
 /// Configures the sensor, and reads back that it took it.
@@ -122,25 +221,6 @@ pub fn configure(bus: &mut impl I2c) -> Result<(), SensorFault> {
 pub fn check(bus: &mut impl I2c) -> Result<(), SensorFault> {
     let configuration = chip(bus).configuration().map_err(|_| SensorFault::NoAnswer)?;
     if configuration == CONFIGURATION { Ok(()) } else { Err(SensorFault::WrongConfiguration) }
-}
-
-/// The reading that ended last.
-///
-/// # Errors
-/// Why there is none.
-pub fn sample(bus: &mut impl I2c) -> Result<Sample, Missed> {
-    let reading = match chip(bus).next_measurement() {
-        Ok(Some(reading)) => reading,
-        Ok(None) => return Err(Missed::NotReady),
-        Err(ina219::errors::MeasurementError::I2cError(_)) => return Err(Missed::NoAnswer),
-        // Beyond the ranges: nothing else is left, the chip does no sums here.
-        Err(_) => return Err(Missed::Saturated),
-    };
-    let shunt_counts = reading.shunt_voltage.shunt_voltage_10uv();
-    if shunt_counts.unsigned_abs() >= SHUNT_FULL_SCALE {
-        return Err(Missed::Saturated);
-    }
-    Ok(Sample { bus_counts: reading.bus_voltage.voltage_4mv(), shunt_counts })
 }
 
 /// The figures of one trial.
@@ -169,7 +249,7 @@ impl Trial {
         self.frames = self.frames.wrapping_add(1);
         self.clipped_frames = self.clipped_frames.wrapping_add(u32::from(clipped));
         self.missed_samples = self.missed_samples.saturating_add(u16::from(missed));
-        let products = sample.power_products() + self.remainder;
+        let products = sample.products + self.remainder;
         let (energy_uj, remainder) = in_microjoules(products.unsigned_abs());
         // A servo that brakes may feed the supply; below zero there is nothing to give back.
         if products < 0 {
@@ -188,7 +268,7 @@ impl Trial {
 /// costs an AVR 1.1 KB of flash and four times the cycles.
 fn in_microjoules(products: u32) -> (u32, i32) {
     let (mut quotient, mut remainder) = (0, products);
-    let mut step = (PRODUCTS_PER_UJ as u32) << 20;
+    let mut step = PRODUCTS_PER_UJ << 20;
     for _ in 0..=20 {
         quotient <<= 1;
         if remainder >= step {

@@ -19,50 +19,52 @@ fn walk(robot: &mut SimRobot, frames: u32) -> Telemetry {
     robot.telemetry().last().unwrap()
 }
 
-/// Energy of `frames` at 5 V and 0.4 A: 1,250 by 4,000 counts, and 40,039 for
-/// the shunt's 40 mV, 150 products a microjoule.
+/// A voltage that a conversion of 10 bits has a step for: 312 of 16 mV, 1,248 counts.
+const BUS_V: f64 = 4.992;
+
+/// Energy of `frames` at this voltage and 0.4 A: nine readings of 1,248 by 4,000
+/// counts, 360,351 for the shunt's 40 mV, 1,350 products a microjoule.
 const fn energy_at_0_4_a_uj(frames: u64) -> u64 {
-    frames * (1_250 * 4_000 + 40_039) / 150
+    frames * (9 * 1_248 * 4_000 + 360_351) / 1_350
 }
 
-/// The sensor sees 5 V behind its 0.1 ohm: 5.04 V leave the battery at 0.4 A.
+/// The sensor sees 4.992 V behind its 0.1 ohm: 5.032 V leave the battery at 0.4 A.
 #[test]
 fn energy_of_a_constant_load_is_power_times_time_and_the_shunts_own_counts() {
     let mut robot = streaming();
-    // 1,250 counts of 4 mV and 4,000 counts of 100 uA.
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
 
     let sample = walk(&mut robot, 720);
 
-    let expected_uj = 5.04 * 0.4 * 12.0 * 1e6;
+    let expected_uj = 5.032 * 0.4 * 12.0 * 1e6;
     let energy_uj = sample.trial_energy_uj as f64;
     assert!((energy_uj / expected_uj - 1.0).abs() < 1e-5, "{energy_uj} of {expected_uj}");
-    assert_eq!((sample.bus_mv, sample.current_ua), (5_000, 400_000));
+    assert_eq!((sample.bus_mv, sample.current_ua), (4_992, 400_000));
     assert_eq!((sample.trial_frames, sample.missed_samples), (720, 0));
 }
 
-/// 1,251 counts by one are 8.34 microjoules a frame: only the carried remainder
-/// makes anything of the hundredths.
+/// 1,252 counts by four are 33.387 microjoules a frame: only the carried remainder
+/// makes anything of the thousandths.
 #[test]
 fn energy_below_a_microjoule_is_carried_from_frame_to_frame() {
     let mut robot = streaming();
-    robot.board.set_supply(5.004, 0.000_1);
+    robot.board.set_supply(5.008, 0.000_4);
 
     let sample = walk(&mut robot, 720);
 
-    assert_eq!(sample.trial_energy_uj, 720 * 1_251 / 150);
+    assert_eq!(sample.trial_energy_uj, 720 * 9 * 1_252 * 4 / 1_350);
 }
 
 #[test]
 fn energy_counts_gait_frames_only() {
     let mut robot = streaming();
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     robot.expect_done(Command::Walk { amplitude: None, frames: Some(60), detached: true });
 
     robot.run_frames(5);
     let entering = robot.telemetry().last().unwrap();
     robot.run_until(State::Idle);
-    robot.board.set_supply(5.0, 1.0);
+    robot.board.set_supply(BUS_V, 1.0);
     robot.run_frames(60);
     let after = robot.telemetry().last().unwrap();
 
@@ -78,7 +80,7 @@ fn energy_counts_gait_frames_only() {
 #[test]
 fn a_second_trial_starts_from_zero() {
     let mut robot = streaming();
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     walk(&mut robot, 60);
 
     let second = walk(&mut robot, 30);
@@ -95,9 +97,9 @@ fn energy_follows_a_changing_load_to_within_a_sample() {
     while robot.state() == State::Walking {
         // Changes every 10 frames, between 0.5 and 6 W.
         let load_a = 0.1 + 0.1 * ((robot.board.frames() / 10) % 12) as f64;
-        robot.board.set_supply(5.0, load_a);
+        robot.board.set_supply(BUS_V, load_a);
         robot.run_frames(1);
-        expected_uj += (5.0 + 0.1 * load_a) * load_a / 60.0 * 1e6;
+        expected_uj += (BUS_V + 0.1 * load_a) * load_a / 60.0 * 1e6;
     }
     robot.run_frames(3);
 
@@ -110,7 +112,7 @@ fn energy_follows_a_changing_load_to_within_a_sample() {
 #[test]
 fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
     let mut robot = streaming();
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
     robot.run_until(State::Walking);
     robot.run_frames(20);
@@ -129,15 +131,15 @@ fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
 #[test]
 fn a_saturated_sensor_is_counted_and_not_believed() {
     let mut robot = streaming();
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
     robot.run_until(State::Walking);
     robot.run_frames(20);
 
     // 3.2 A is the end of the range.
-    robot.board.set_supply(5.0, 3.5);
+    robot.board.set_supply(BUS_V, 3.5);
     robot.run_frames(3);
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     robot.run_until(State::Holding);
     robot.run_frames(3);
 
@@ -156,9 +158,9 @@ fn a_sensor_saturated_now_and_then_is_no_lost_sensor() {
     robot.run_until(State::Walking);
 
     for _ in 0..15 {
-        robot.board.set_supply(5.0, 3.5);
+        robot.board.set_supply(BUS_V, 3.5);
         robot.run_frames(4);
-        robot.board.set_supply(5.0, 0.4);
+        robot.board.set_supply(BUS_V, 0.4);
         robot.run_frames(2);
     }
 
@@ -170,7 +172,7 @@ fn a_sensor_saturated_now_and_then_is_no_lost_sensor() {
 fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
     for stopped_after in [None, Some(70)] {
         let mut robot = streaming();
-        robot.board.set_supply(5.0, 0.4);
+        robot.board.set_supply(BUS_V, 0.4);
         robot.expect_done(Command::Walk { amplitude: None, frames: stopped_after, detached: true });
         robot.run_until(State::Walking);
         if stopped_after.is_none() {
@@ -194,12 +196,12 @@ fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
 #[test]
 fn a_braking_servo_that_feeds_the_supply_is_subtracted() {
     let mut robot = streaming();
-    robot.board.set_supply(5.0, 0.4);
+    robot.board.set_supply(BUS_V, 0.4);
     robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
     robot.run_until(State::Walking);
     robot.run_frames(61);
     let before = robot.telemetry().last().unwrap();
-    robot.board.set_supply(5.0, -0.1);
+    robot.board.set_supply(BUS_V, -0.1);
     robot.run_until(State::Holding);
     robot.run_frames(3);
 

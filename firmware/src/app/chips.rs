@@ -1,8 +1,8 @@
-//! The two chips within a frame: burst, sample, a look at their configuration.
+//! The two chips within a frame: burst, readings, a look at their configuration.
 //!
-//! Owns when the bus is used, and what counts as a lost chip or a bad supply:
-//! while servos are on it stops the robot, otherwise nothing moves and the next
-//! walk looks again.
+//! Owns when the main loop uses the bus, and what counts as a lost chip or a
+//! bad supply: while servos are on it stops the robot, otherwise nothing moves
+//! and the next walk looks again.
 //! Refuses the bus where too little of the frame is left.
 
 use protocol::{Event, Fault, Refusal, WalkEnd};
@@ -20,8 +20,6 @@ use crate::{power, servos};
 pub(super) enum BusWork {
     /// The burst has not been seen to end.
     Burst,
-    /// The sensor is to be read.
-    Sample,
     /// The chips' configuration is to be looked at.
     Check,
     /// Nothing more in this frame.
@@ -31,58 +29,57 @@ pub(super) enum BusWork {
 impl App {
     #[inline(never)]
     pub(super) fn use_bus(&mut self, board: &mut impl Board) {
+        self.take_readings(board);
         if self.bus_work == BusWork::Burst {
             match board.bus().burst() {
                 BurstState::Running => return,
                 BurstState::Done => {
                     self.servo_misses = 0;
-                    self.bus_work = BusWork::Sample;
+                    self.since_check = self.since_check.saturating_add(1);
+                    let is_time = self.since_check >= CHECK_EVERY_FRAMES;
+                    self.bus_work = if is_time { BusWork::Check } else { BusWork::Rest };
                 }
                 BurstState::Failed => {
-                    // The frame's other transfers would meet the same bus.
-                    board.bus().recover();
+                    // The main loop's transfers would meet the same bus.
                     self.servo_misses = self.servo_misses.saturating_add(1);
                     self.bus_work = BusWork::Rest;
                     if self.servos_on() && self.servo_misses >= SERVO_DRIVER_LOST_FRAMES {
                         self.latch(board, Fault::ServoDriverLost);
                     }
-                    return;
                 }
             }
         }
-        if self.bus_work == BusWork::Rest || board.clock().left_us() < BUS_SLOT_US {
-            return;
-        }
-        if self.bus_work == BusWork::Sample {
-            self.take_sample(board);
-            self.since_check = self.since_check.saturating_add(1);
-            let is_time = self.since_check >= CHECK_EVERY_FRAMES;
-            self.bus_work = if is_time { BusWork::Check } else { BusWork::Rest };
-        } else {
+        if self.bus_work == BusWork::Check && board.clock().left_us() >= BUS_SLOT_US {
             self.since_check = 0;
             self.bus_work = BusWork::Rest;
             self.check_chips(board);
         }
     }
 
-    fn take_sample(&mut self, board: &mut impl Board) {
-        let sample = power::sample(board.bus());
+    fn take_readings(&mut self, board: &mut impl Board) {
+        while !self.readings.is_complete()
+            && let Some(reading) = board.bus().take_reading()
+        {
+            self.readings.add(reading);
+        }
+    }
+
+    /// Closes the live frame: its energy counts, with its own sample or the last.
+    pub(super) fn close_frame(&mut self, board: &mut impl Board) {
+        self.take_readings(board);
+        let sample = self.readings.close(self.calibration.board().shunt_gain_q14);
         self.judge_supply(sample);
         match sample {
             Ok(sample) => {
                 self.sample = sample;
-                self.count(false);
-            }
-            Err(power::Missed::NoAnswer) => {
-                board.bus().recover();
-                self.count(true);
-            }
-            Err(power::Missed::NotReady) => self.count(true),
-            Err(power::Missed::Saturated) => {
-                self.count(true);
-                // A sensor that says so is not lost.
                 self.sensor_misses = 0;
             }
+            Err(power::Missed::NoAnswer) => self.sensor_misses = self.sensor_misses.saturating_add(1),
+            // A sensor that says so is not lost.
+            Err(power::Missed::Saturated) => self.sensor_misses = 0,
+        }
+        if self.live.gait {
+            self.trial.add(self.sample, self.live.clipped, sample.is_err());
         }
         if self.servos_on() {
             // Too much current is why there is too little voltage.
@@ -110,7 +107,7 @@ impl App {
                 count(&mut self.high_samples, sample.is_above_ma(board.overcurrent_ma));
             }
             Err(power::Missed::Saturated) => count(&mut self.high_samples, true),
-            Err(power::Missed::NoAnswer | power::Missed::NotReady) => {}
+            Err(power::Missed::NoAnswer) => {}
         }
     }
 
@@ -149,7 +146,6 @@ impl App {
         let prescale = self.calibration.board().prescale;
         let bus = board.bus();
         if servos::check(bus, prescale).is_err() {
-            bus.recover();
             servos::configure(bus, &mut delay, prescale).map_err(|_| Fault::ServoDriverLost)?;
         }
         if power::check(bus).is_err() {
@@ -178,7 +174,6 @@ impl App {
         board.panel().enable_outputs(false);
         // A chip that misses this gets the same in every frame's burst.
         if servos::switch_off(board.bus()).is_err() {
-            board.bus().recover();
             let _ = servos::switch_off(board.bus());
         }
     }

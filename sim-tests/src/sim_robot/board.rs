@@ -11,7 +11,7 @@ mod bus;
 use crate::devices::Bus as Chips;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::Operation;
-use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, SerialRing, Watchdog};
+use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, Reading, SerialRing, Watchdog};
 use firmware::servos::{self, ServoBurst};
 use protocol::FRAME_RATE_HZ;
 use std::cell::Cell;
@@ -47,6 +47,9 @@ pub struct SimBoard {
     staged: ServoBurst,
     burst_ends_ns: u64,
     burst_failed: bool,
+    readings: VecDeque<Reading>,
+    /// Of this frame, whatever came of them.
+    readings_taken: u8,
     incoming: VecDeque<u8>,
     incoming_next_ns: u64,
     received: VecDeque<u8>,
@@ -83,6 +86,8 @@ impl SimBoard {
             staged: servos::limp_burst(),
             burst_ends_ns: 0,
             burst_failed: false,
+            readings: VecDeque::new(),
+            readings_taken: 0,
             incoming: VecDeque::new(),
             incoming_next_ns: 0,
             received: VecDeque::new(),
@@ -195,12 +200,14 @@ impl SimBoard {
         self.longest_unfed_ns = self.longest_unfed_ns.max(self.now_ns - self.fed_ns);
         while self.now_ns >= self.next_frame_ns() {
             self.frames += 1;
+            self.readings_taken = 0;
             self.untaken_frames = self.untaken_frames.saturating_add(1);
             let (result, busy_ns) =
                 self.transfer(servos::ADDRESS, &mut [Operation::Write(&self.staged.clone())]);
             self.burst_failed = result.is_err();
             self.burst_ends_ns = self.now_ns + busy_ns;
         }
+        self.read_sensor();
         self.move_serial_bytes();
     }
 

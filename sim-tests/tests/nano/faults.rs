@@ -195,8 +195,8 @@ fn frames_on(nominal_v: f64, resistance_ohm: f64, servo_w: f64, fault: Fault) ->
     walking_bursts(&robot.take_bursts()).len()
 }
 
-/// The debounce is 5 samples, the first of which may have averaged over the
-/// time before; the stop may take 3 frames.
+/// The debounce is 5 frames, the first of which may have begun in the time
+/// before; the stop may take 3 frames.
 #[test]
 fn a_battery_that_cannot_carry_the_servos_stops_them_and_says_why() {
     for (nominal_v, resistance_ohm, servo_w, fault) in [

@@ -103,7 +103,7 @@ fn main() -> ! {
     let clock = timer::Timer::start();
     let mut bus = twi::Twi::start();
     if servos::switch_off(&mut bus).is_err() {
-        firmware::hal::Bus::recover(&mut bus);
+        // A reset in the middle of a transfer left it stuck; it has been freed.
         let _ = servos::switch_off(&mut bus);
     }
     stack::paint();

@@ -1,4 +1,4 @@
-//! Timer 1: the frame clock, and the deadline of the servo burst.
+//! Timer 1: the frame clock, and the ticks of the two-wire bus within a frame.
 //!
 //! Owns TC1. It counts freely at 2 MHz; each frame moves the compare value on
 //! instead of clearing the counter, so interrupt latency never adds up. 16 MHz
@@ -14,7 +14,8 @@ use firmware::hal::FrameClock;
 
 /// Ticks of 0.5 us.
 pub const TICKS_PER_US: u16 = 2;
-const FRAME_TICKS: u16 = 33_333;
+/// A frame, but for the third of a tick.
+pub const FRAME_TICKS: u16 = 33_333;
 
 static FRAMES: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
 static THIRD: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
@@ -30,18 +31,30 @@ pub fn now(_: CriticalSection) -> u16 {
     registers().tcnt1().read().bits()
 }
 
-/// Interrupts [`super::twi`] in `ticks`, until [`disarm`].
-pub fn arm(cs: CriticalSection, ticks: u16) {
-    let timer = registers();
-    timer.ocr1b().write(|w| w.set(now(cs).wrapping_add(ticks)));
-    // A compare match from before is not this deadline's; flags clear by writing 1.
-    timer.tifr1().write(|w| w.ocf1b().set_bit());
-    timer.timsk1().write(|w| w.ocie1a().set_bit().ocie1b().set_bit());
+/// Interrupts [`super::twi`] in `ticks`, instead of whatever was to come.
+#[inline(always)]
+pub fn tick_in(cs: CriticalSection, ticks: u16) {
+    set_tick(now(cs).wrapping_add(ticks));
 }
 
-/// No deadline.
-pub fn disarm(_: CriticalSection) {
-    registers().timsk1().write(|w| w.ocie1a().set_bit());
+/// As [`tick_in`], from the beginning of the frame; for its own handler only.
+#[inline(always)]
+pub fn tick_at_frame_plus(_: CriticalSection, ticks: u16) {
+    set_tick(registers().ocr1a().read().bits().wrapping_add(ticks));
+}
+
+/// As [`tick_in`], from the last tick.
+#[inline(always)]
+pub fn tick_after(_: CriticalSection, ticks: u16) {
+    set_tick(registers().ocr1b().read().bits().wrapping_add(ticks));
+}
+
+#[inline(always)]
+fn set_tick(at: u16) {
+    let timer = registers();
+    timer.ocr1b().write(|w| w.set(at));
+    // A compare match from before is not this tick's; flags clear by writing 1.
+    timer.tifr1().write(|w| w.ocf1b().set_bit());
 }
 
 #[avr_device::interrupt(atmega328p)]
@@ -72,7 +85,7 @@ impl Timer {
         timer.tcnt1().write(|w| w.set(0));
         timer.ocr1a().write(|w| w.set(FRAME_TICKS));
         timer.tifr1().write(|w| w.ocf1a().set_bit().ocf1b().set_bit());
-        timer.timsk1().write(|w| w.ocie1a().set_bit());
+        timer.timsk1().write(|w| w.ocie1a().set_bit().ocie1b().set_bit());
         timer.tccr1b().write(|w| w.cs1().prescale_8());
         Self(())
     }

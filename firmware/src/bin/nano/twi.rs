@@ -1,150 +1,102 @@
-//! The two-wire bus: a servo burst by interrupt, everything else by bounded polling.
+//! The two-wire bus: bursts and readings by interrupt, everything else by bounded polling.
 //!
-//! Owns TWI and, while the bus is being freed, the pins A4 and A5. The frame
-//! timer starts the burst; one interrupt per byte carries it on; the second
-//! compare of timer 1 aborts it at its deadline. Two buffers: the one on the
-//! wire, and the one being prepared. Refuses to mix: a transaction of the main
-//! loop waits for the burst to end, and a burst that falls into a transaction
-//! starts right after it.
+//! Owns TWI, who may use it, and what goes over it by itself: two buffers for
+//! the servo burst, the one on the wire and the one being prepared, and a ring
+//! of power readings. [`chain`] moves the bytes, [`free`] unlocks a stuck bus,
+//! [`master`] has the main loop's transfers. Refuses to mix: whoever finds the
+//! bus taken waits for its end, which a deadline bounds, or does without.
 
+mod chain;
+mod free;
 mod master;
 
-use avr_device::atmega328p::{PORTC, TWI, portc, twi};
+use avr_device::atmega328p::{TWI, twi};
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 use core::cell::Cell;
 
 use firmware::hal::{BurstState, Bus, Reading};
-use firmware::servos::{self, ServoBurst};
+use firmware::servos::ServoBurst;
 
-use super::timer::{self, TICKS_PER_US};
+use super::timer::TICKS_PER_US;
+pub use chain::start_burst;
 pub use master::Twi;
 
-/// 33 bytes and the address take 0.77 ms, and about 0.1 ms of interrupts.
+/// 33 bytes and the address take 0.77 ms, about 0.1 ms of interrupts, and as
+/// much again if the line to the host is busy both ways.
 const BURST_TICKS: u16 = 1_200 * TICKS_PER_US;
-/// Three register reads take 0.4 ms.
-const TRANSACTION_TICKS: u16 = 1_000 * TICKS_PER_US;
 /// 16 MHz / (16 + 2 * 12) = 400 kHz.
 const BIT_RATE: u8 = 12;
-const BURST_LEN: usize = size_of::<ServoBurst>();
+const BURST_LEN: u8 = size_of::<ServoBurst>() as u8;
 
 /// Who drives the bus.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Owner {
     Nobody,
-    Burst,
     Main,
+    Burst,
+    Reading,
+    /// A transfer did not end; the lines are being clocked free.
+    Freeing,
 }
 
 static OWNER: Mutex<Cell<Owner>> = Mutex::new(Cell::new(Owner::Nobody));
 static OUTCOME: Mutex<Cell<BurstState>> = Mutex::new(Cell::new(BurstState::Done));
-/// A frame started while the main loop had the bus.
+/// A frame started while somebody else had the bus.
 static LATE: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
-static BUFFERS: Mutex<Cell<[ServoBurst; 2]>> = Mutex::new(Cell::new([[0; BURST_LEN]; 2]));
-/// The buffer on the wire.
-static FRONT: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
+static ERRORS: Mutex<Cell<u16>> = Mutex::new(Cell::new(0));
+
+/// Both bursts, one behind the other.
+static BURSTS: Mutex<Cell<[u8; 2 * BURST_LEN as usize]>> = Mutex::new(Cell::new([0; 2 * BURST_LEN as usize]));
+/// Where the one on the wire begins.
+static FRONT: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
 /// Whether the other one is complete.
 static FRESH: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
-static POSITION: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+
+/// Four bytes a reading, as they came: the bus voltage, then the shunt's.
+const READING_LEN: u8 = 4;
+/// Eight readings are a frame's less one: the main loop may be away as long.
+const RING_LEN: u8 = 8 * READING_LEN;
+const RING_MASK: u8 = RING_LEN - 1;
+const _: () = assert!(RING_LEN.is_power_of_two());
+
+static READINGS: Mutex<Cell<[u8; RING_LEN as usize]>> = Mutex::new(Cell::new([0; RING_LEN as usize]));
+/// Where the next reading goes.
+static HEAD: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+/// The oldest that nobody has seen.
+static TAIL: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
 
 fn registers() -> &'static twi::RegisterBlock {
     // SAFETY: the registers are there for good; who may use them is in `OWNER`.
     unsafe { &*TWI::ptr() }
 }
 
-fn pins() -> &'static portc::RegisterBlock {
-    // SAFETY: the registers are there for good; nothing else uses port C.
-    unsafe { &*PORTC::ptr() }
+#[inline(always)]
+fn bursts(cs: CriticalSection<'_>) -> &[Cell<u8>] {
+    let bytes: &Cell<[u8]> = BURSTS.borrow(cs);
+    bytes.as_slice_of_cells()
 }
 
 #[inline(always)]
-fn buffer<'cs>(cs: CriticalSection<'cs>, which: bool) -> &'cs [Cell<u8>] {
-    let both: &Cell<[ServoBurst]> = BUFFERS.borrow(cs);
-    let [first, second] = both.as_slice_of_cells() else { return &[] };
-    let one: &Cell<[u8]> = if which { second } else { first };
-    one.as_slice_of_cells()
+fn readings(cs: CriticalSection<'_>) -> &[Cell<u8>] {
+    let bytes: &Cell<[u8]> = READINGS.borrow(cs);
+    bytes.as_slice_of_cells()
 }
 
-/// Starts the frame's burst; called by the frame timer.
+/// Asks for a START, first or repeated; the interrupt goes on with it.
 #[inline(always)]
-pub fn start_burst(cs: CriticalSection) {
-    if OWNER.borrow(cs).get() == Owner::Nobody {
-        registers().twcr().write(|w| w.twint().set_bit().twsta().set_bit().twen().set_bit().twie().set_bit());
-        OWNER.borrow(cs).set(Owner::Burst);
-        if FRESH.borrow(cs).replace(false) {
-            let front = FRONT.borrow(cs);
-            front.set(!front.get());
-        }
-        POSITION.borrow(cs).set(0);
-        timer::arm(cs, BURST_TICKS);
-    } else {
-        LATE.borrow(cs).set(true);
-    }
-    OUTCOME.borrow(cs).set(BurstState::Running);
+fn request_start() {
+    registers().twcr().write(|w| w.twint().set_bit().twsta().set_bit().twen().set_bit().twie().set_bit());
 }
 
-fn end_burst(cs: CriticalSection, outcome: BurstState) {
-    timer::disarm(cs);
-    OUTCOME.borrow(cs).set(outcome);
-    OWNER.borrow(cs).set(Owner::Nobody);
-}
-
-fn carry_on() {
-    registers().twcr().write(|w| w.twint().set_bit().twen().set_bit().twie().set_bit());
-}
-
+#[inline(always)]
 fn send_stop() {
     registers().twcr().write(|w| w.twint().set_bit().twsto().set_bit().twen().set_bit());
 }
 
 /// Lets go of both lines, whatever the state.
+#[inline(always)]
 fn let_go() {
     registers().twcr().reset();
-}
-
-#[avr_device::interrupt(atmega328p)]
-fn TWI() {
-    // SAFETY: interrupts are off inside an interrupt, and stay off.
-    let cs = unsafe { CriticalSection::new() };
-    let twi = registers();
-    match status() {
-        START => {
-            twi.twdr().write(|w| w.set(servos::ADDRESS << 1));
-            carry_on();
-        }
-        ADDRESS_W_ACK | DATA_W_ACK => {
-            let position = POSITION.borrow(cs);
-            let front = FRONT.borrow(cs).get();
-            if let Some(byte) = buffer(cs, front).get(usize::from(position.get())) {
-                twi.twdr().write(|w| w.set(byte.get()));
-                carry_on();
-                position.set(position.get() + 1);
-            } else {
-                send_stop();
-                end_burst(cs, BurstState::Done);
-            }
-        }
-        ADDRESS_W_NACK | DATA_W_NACK => {
-            send_stop();
-            end_burst(cs, BurstState::Failed);
-        }
-        _ => {
-            let_go();
-            end_burst(cs, BurstState::Failed);
-        }
-    }
-}
-
-// The burst's deadline.
-#[avr_device::interrupt(atmega328p)]
-fn TIMER1_COMPB() {
-    // SAFETY: interrupts are off inside an interrupt, and stay off.
-    let cs = unsafe { CriticalSection::new() };
-    if OWNER.borrow(cs).get() == Owner::Burst {
-        let_go();
-        end_burst(cs, BurstState::Failed);
-    } else {
-        timer::disarm(cs);
-    }
 }
 
 // Status codes, data sheet tables 21-3 and 21-4.
@@ -159,6 +111,7 @@ const ADDRESS_R_NACK: u8 = 0x48;
 const DATA_R_ACK: u8 = 0x50;
 const DATA_R_NACK: u8 = 0x58;
 
+#[inline(always)]
 fn status() -> u8 {
     registers().twsr().read().bits() & 0xF8
 }
@@ -168,11 +121,11 @@ impl Bus for Twi {
         // A frame that starts while this is copied repeats the burst before.
         let back = interrupt::free(|cs| {
             FRESH.borrow(cs).set(false);
-            !FRONT.borrow(cs).get()
+            BURST_LEN - FRONT.borrow(cs).get()
         });
-        for (index, &byte) in burst.iter().enumerate() {
+        for (index, &byte) in (back..).zip(burst) {
             interrupt::free(|cs| {
-                if let Some(place) = buffer(cs, back).get(index) {
+                if let Some(place) = bursts(cs).get(usize::from(index)) {
                     place.set(byte);
                 }
             });
@@ -184,43 +137,22 @@ impl Bus for Twi {
         interrupt::free(|cs| OUTCOME.borrow(cs).get())
     }
 
-    fn recover(&mut self) {
-        if self.claim().is_err() {
-            return;
-        }
-        let_go();
-        // Driving low is output, letting go is input: the lines are never driven high.
-        let pins = pins();
-        pins.portc().modify(|_, w| w.pc4().clear_bit().pc5().clear_bit());
-        let scl_low = |low: bool| {
-            pins.ddrc().modify(|_, w| w.pc5().bit(low));
-            avr_device::asm::delay_cycles(5 * 16);
-        };
-        let sda_low = |low: bool| {
-            pins.ddrc().modify(|_, w| w.pc4().bit(low));
-            avr_device::asm::delay_cycles(5 * 16);
-        };
-        // A chip in the middle of a byte lets go of SDA after at most 9 clocks.
-        for _ in 0..9 {
-            if pins.pinc().read().pc4().bit_is_set() {
-                break;
-            }
-            scl_low(true);
-            scl_low(false);
-        }
-        // STOP: SDA rises while SCL is high.
-        scl_low(true);
-        sda_low(true);
-        scl_low(false);
-        sda_low(false);
-        self.release();
-    }
-
     fn take_reading(&mut self) -> Option<Reading> {
-        None
+        let at = interrupt::free(|cs| TAIL.borrow(cs).get());
+        if at == interrupt::free(|cs| HEAD.borrow(cs).get()) {
+            return None;
+        }
+        let byte =
+            |index: u8| interrupt::free(|cs| readings(cs).get(usize::from(at + index)).map_or(0, Cell::get));
+        let reading = Reading {
+            bus: u16::from_be_bytes([byte(0), byte(1)]),
+            shunt: i16::from_be_bytes([byte(2), byte(3)]),
+        };
+        interrupt::free(|cs| TAIL.borrow(cs).set((at + READING_LEN) & RING_MASK));
+        Some(reading)
     }
 
     fn errors(&self) -> u16 {
-        0
+        interrupt::free(|cs| ERRORS.borrow(cs).get())
     }
 }

@@ -1,12 +1,15 @@
 //! The board's side of the two-wire bus, on the chips of [`crate::devices`].
 //!
-//! Owns how long a transfer takes and how it fails. Refuses overlap: a
-//! transaction waits for the burst, as on the real board.
+//! Owns how long a transfer takes and how it fails, and the readings that the
+//! board takes by itself. Refuses overlap: a transaction waits for the burst, as
+//! on the real board, and a reading that falls into one is left out.
 
-use super::{BUS_BYTE_NS, BUS_TIMEOUT_NS, SimBoard};
+use super::{BUS_BYTE_NS, BUS_TIMEOUT_NS, NS_PER_S, SimBoard};
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use firmware::hal::{BurstState, Bus, Reading};
+use firmware::power::{self, READINGS_PER_FRAME};
 use firmware::servos::ServoBurst;
+use protocol::FRAME_RATE_HZ;
 
 /// A transfer ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +38,9 @@ impl SimBoard {
     ) -> (Result<(), SimBusError>, u64) {
         if self.chips.is_stuck() {
             self.bus_errors = self.bus_errors.saturating_add(1);
+            for _ in 0..9 {
+                self.chips.clock();
+            }
             return (Err(SimBusError::Timeout), BUS_TIMEOUT_NS);
         }
         let now_s = self.now_s();
@@ -75,6 +81,40 @@ impl SimBoard {
     }
 }
 
+/// From the frame's beginning to its first reading.
+const FIRST_READING_NS: u64 = 1_200_000;
+/// Readings that wait for the program.
+const READINGS_CAPACITY: usize = 7;
+
+impl SimBoard {
+    /// Takes the readings of this frame that are due.
+    pub(super) fn read_sensor(&mut self) {
+        let frame_ns = NS_PER_S / u64::from(FRAME_RATE_HZ);
+        let began_ns = self.frames * NS_PER_S / u64::from(FRAME_RATE_HZ);
+        while self.frames > 0 && self.readings_taken < READINGS_PER_FRAME {
+            let spacing_ns = u64::from(self.readings_taken) * frame_ns / u64::from(READINGS_PER_FRAME);
+            if self.now_ns < began_ns + FIRST_READING_NS + spacing_ns {
+                break;
+            }
+            self.readings_taken += 1;
+            if self.chips.is_stuck() || self.readings.len() == READINGS_CAPACITY {
+                continue;
+            }
+            let mut words = [[0; 2]; 2];
+            let mut read = |register: u8, word: &mut [u8; 2]| {
+                let operations = &mut [Operation::Write(&[register]), Operation::Read(word)];
+                self.transfer(power::ADDRESS, operations).0
+            };
+            let [bus, shunt] = &mut words;
+            if read(2, bus).and_then(|()| read(1, shunt)).is_ok() {
+                let [bus, shunt] = words;
+                self.readings
+                    .push_back(Reading { bus: u16::from_be_bytes(bus), shunt: i16::from_be_bytes(shunt) });
+            }
+        }
+    }
+}
+
 impl ErrorType for SimBoard {
     type Error = SimBusError;
 }
@@ -105,15 +145,8 @@ impl Bus for SimBoard {
         }
     }
 
-    fn recover(&mut self) {
-        for _ in 0..9 {
-            self.chips.clock();
-        }
-        self.advance(200_000);
-    }
-
     fn take_reading(&mut self) -> Option<Reading> {
-        None
+        self.readings.pop_front()
     }
 
     fn errors(&self) -> u16 {

@@ -1,17 +1,23 @@
 //! Transactions of the main loop, polled, each with a deadline.
 //!
-//! Owns the bus from claim to release. Refuses to wait longer than the burst's
-//! deadline for the bus, and longer than its own for a chip.
+//! Owns the bus from claim to release, and frees it where a transfer left it
+//! stuck. Refuses to wait longer than the burst's deadline for the bus, and
+//! longer than its own for a chip.
 
 use avr_device::interrupt;
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 
 use super::{
     ADDRESS_R_ACK, ADDRESS_R_NACK, ADDRESS_W_ACK, ADDRESS_W_NACK, BIT_RATE, BURST_TICKS, DATA_R_ACK,
-    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, LATE, OWNER, Owner, REPEATED_START, START, TRANSACTION_TICKS,
-    let_go, registers, send_stop, start_burst, status,
+    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, ERRORS, OWNER, Owner, REPEATED_START, START, chain, free, let_go,
+    registers, send_stop, status,
 };
 use crate::timer::{self, TICKS_PER_US};
+
+/// Three register reads take 0.4 ms.
+const TRANSACTION_TICKS: u16 = 1_000 * TICKS_PER_US;
+/// The burst, and what it takes to free the bus after it.
+const PATIENCE_TICKS: u16 = BURST_TICKS + 500 * TICKS_PER_US;
 
 /// Why a transaction ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,8 +66,8 @@ impl Twi {
         interrupt::free(timer::now).wrapping_sub(self.started_at) > ticks
     }
 
-    /// Takes the bus once the burst is over, which its own deadline bounds.
-    pub(super) fn claim(&mut self) -> Result<(), TwiError> {
+    /// Takes the bus once the transfer on it is over, which its own deadline bounds.
+    fn claim(&mut self) -> Result<(), TwiError> {
         self.restart_deadline();
         loop {
             let is_ours = interrupt::free(|cs| {
@@ -74,25 +80,22 @@ impl Twi {
             });
             if is_ours {
                 self.restart_deadline();
-                // The burst's own STOP may still be on the wire.
-                return self.wait_for_stop().inspect_err(|_| {
-                    let_go();
-                    self.release();
-                });
+                return Ok(());
             }
-            if self.is_late(BURST_TICKS + 100 * TICKS_PER_US) {
+            if self.is_late(PATIENCE_TICKS) {
                 return Err(TwiError::Timeout);
             }
         }
     }
 
-    pub(super) fn release(&mut self) {
-        interrupt::free(|cs| {
-            OWNER.borrow(cs).set(Owner::Nobody);
-            if LATE.borrow(cs).replace(false) {
-                start_burst(cs);
-            }
-        });
+    /// Frees a stuck bus; takes 0.2 ms.
+    fn free(&self) {
+        let_go();
+        let mut step = Some(free::BEGIN);
+        while let Some(next) = step {
+            step = free::step(next);
+            avr_device::asm::delay_cycles(5 * 16);
+        }
     }
 
     fn wait(&self) -> Result<u8, TwiError> {
@@ -150,6 +153,8 @@ impl Twi {
     }
 
     fn run(&self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
+        // The STOP before may still be on the wire.
+        self.wait_for_stop()?;
         let mut direction = None;
         for at in 0..operations.len() {
             // The last byte before the direction changes is not acknowledged.
@@ -185,15 +190,20 @@ impl ErrorType for Twi {
 impl i2c::I2c for Twi {
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
         self.claim()?;
-        let result = self.run(address, operations);
-        match result {
-            Ok(()) => {}
-            Err(TwiError::AddressNotAcknowledged | TwiError::DataNotAcknowledged) => {
-                let _ = self.stop();
-            }
-            Err(_) => let_go(),
+        let mut result = self.run(address, operations);
+        if matches!(result, Err(TwiError::AddressNotAcknowledged | TwiError::DataNotAcknowledged)) {
+            result = self.stop().and(result);
         }
-        self.release();
+        if matches!(result, Err(TwiError::Timeout | TwiError::Bus)) {
+            self.free();
+        }
+        interrupt::free(|cs| {
+            if result.is_err() {
+                let errors = ERRORS.borrow(cs);
+                errors.set(errors.get().saturating_add(1));
+            }
+            chain::hand_over(cs);
+        });
         result
     }
 }
