@@ -53,7 +53,15 @@ impl Nano {
     }
 
     /// `avr_reset` zeroed simavr's clock at this cycle of ours.
+    ///
+    /// It did so after the watchdog was started anew, at its shortest period,
+    /// as a reset by the watchdog leaves it: that bite would be as far away as
+    /// the time before the reset was long. Feeding the watchdog now mends that.
     fn after_reset(&mut self, cycle: u64) {
+        const FEED_WATCHDOG: u32 = u32::from_be_bytes(*b"wdtr");
+        // SAFETY: `avr` is alive; this request takes no argument, and does
+        // nothing to a watchdog that is off.
+        unsafe { ffi::avr_ioctl(self.avr.as_ptr(), FEED_WATCHDOG, std::ptr::null_mut()) };
         self.wires().set_base(cycle);
         self.wires().bus.borrow_mut().abandon();
         self.twi_delayed = false;

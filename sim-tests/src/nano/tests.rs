@@ -107,6 +107,21 @@ fn a_watchdog_reset_is_counted_and_the_clock_goes_on() {
     assert!((20 * MILLISECOND..20 * MILLISECOND + 10).contains(&nano.now()));
 }
 
+/// Section 11.9.2: WDRF overrides WDE, and the reset left the shortest period.
+#[test]
+fn a_watchdog_that_has_bitten_bites_again_every_16_ms_until_it_is_turned_off() {
+    // ldi r18,WDE; sts WDTCSR,r18; rjmp . : it is never turned off.
+    let mut nano = board(&[0xE028, 0x9320, 0x0060, 0xCFFF]);
+    nano.run_until(100 * MILLISECOND).unwrap();
+    assert_eq!(nano.counters().watchdog_resets, 6);
+
+    // in r16,MCUSR; sbrc r16,WDRF; rjmp . ; ldi r18,WDE; sts WDTCSR,r18; rjmp . :
+    // after the first bite the program does not even touch the watchdog.
+    let mut nano = board(&[0xB704, 0xFD03, 0xCFFF, 0xE028, 0x9320, 0x0060, 0xCFFF]);
+    nano.run_until(100 * MILLISECOND).unwrap();
+    assert_eq!(nano.counters().watchdog_resets, 6);
+}
+
 #[test]
 fn a_program_that_can_never_wake_is_reported() {
     // sleep, with interrupts off.
