@@ -3,11 +3,13 @@
 //! Owns conversions: each is the mean of its input over its own window, shunt
 //! and bus in turn, as the chip's delta-sigma converter takes them. What the
 //! current does in between goes unseen, as it does on the bench. Refuses
-//! noise, offset and gain errors: this is an ideal chip with a real register
-//! file.
+//! noise, offset and gain errors, and the bus time-out after 28 ms: this is an
+//! ideal chip with a real register file. The data sheet leaves open how coarse
+//! 9 to 11 bits are in the wider ranges of the shunt; here each bit less doubles
+//! the registers' unit, in every range.
 //!
 //! # Source
-//! TI SBOS448G, sections 8.4 to 8.6.
+//! TI SBOS448G, sections 7.5 and 8.3 to 8.6.
 
 #[cfg(test)]
 mod tests;
@@ -33,6 +35,10 @@ const RESET: u16 = 0x8000;
 const WRITABLE: u16 = 0x3FFF;
 const CONVERSION_READY: u16 = 0x0002;
 const OVERFLOW: u16 = 0x0001;
+/// The byte after the general call address that resets the chip (8.5.6.2).
+const GENERAL_RESET: u8 = 0x06;
+/// From a power-down to the first conversion (8.3).
+const RECOVERY_S: f64 = 40e-6;
 
 /// Conversion times of settings 0 to 3 (9 to 12 bits) in seconds.
 const SINGLE_S: [f64; 4] = [84e-6, 148e-6, 276e-6, 532e-6];
@@ -74,6 +80,7 @@ pub struct Ina219 {
     bus_v: f64,
     now_s: f64,
     pointer: u8,
+    general_call: bool,
     /// Bytes since the START, and the first data byte of a word.
     written: u8,
     high_byte: u8,
@@ -101,12 +108,13 @@ impl Ina219 {
             bus_v: 0.0,
             now_s: 0.0,
             pointer: 0,
+            general_call: false,
             written: 0,
             high_byte: 0,
             sent: 0,
             word: 0,
         };
-        chip.restart();
+        chip.restart(0.0);
         chip
     }
 
@@ -115,7 +123,7 @@ impl Ina219 {
     #[must_use]
     pub fn with_pace(pace: f64) -> Self {
         let mut chip = Self { pace, ..Self::new() };
-        chip.restart();
+        chip.restart(0.0);
         chip
     }
 
@@ -131,7 +139,7 @@ impl Ina219 {
         self.advance(now_s);
         let (shunt_v, bus_v, pace) = (self.shunt_v, self.bus_v, self.pace);
         *self = Self { shunt_v, bus_v, pace, now_s, ..Self::new() };
-        self.restart();
+        self.restart(0.0);
     }
 
     /// The configuration register, for tests.
@@ -148,7 +156,8 @@ impl Ina219 {
                 Input::Shunt => self.shunt_v,
                 Input::Bus => self.bus_v,
             };
-            conversion.integral += volts * (until_s - self.now_s).max(0.0);
+            let from_s = self.now_s.max(conversion.started_s);
+            conversion.integral += volts * (until_s - from_s).max(0.0);
             self.now_s = self.now_s.max(until_s);
             if conversion.ends_s > now_s {
                 break;
@@ -218,10 +227,11 @@ impl Ina219 {
         }
     }
 
-    /// A write to the configuration begins a new round of conversions.
-    fn restart(&mut self) {
+    /// A write to the configuration ends the conversion under way, and begins
+    /// a new round of them in so many seconds.
+    fn restart(&mut self, delay_s: f64) {
         match self.first_input() {
-            Some(input) => self.begin(input, self.now_s),
+            Some(input) => self.begin(input, self.now_s + delay_s),
             None => self.conversion = None,
         }
     }
@@ -230,12 +240,13 @@ impl Ina219 {
         match self.pointer {
             CONFIGURATION if value & RESET != 0 => self.brown_out(now_s),
             CONFIGURATION => {
+                let delay_s = if self.mode() == 0 { RECOVERY_S } else { 0.0 };
                 self.configuration = value & WRITABLE;
                 // Power-down and "ADC off" leave the flag.
                 if self.mode() & 3 != 0 {
                     self.ready = false;
                 }
-                self.restart();
+                self.restart(delay_s);
             }
             // Bit 0 is not implemented and reads as zero.
             CALIBRATION => self.calibration = value & 0xFFFE,
@@ -269,15 +280,22 @@ impl Default for Ina219 {
 }
 
 impl Device for Ina219 {
-    fn select(&mut self, address: u8, _read: bool, now_s: f64) -> bool {
+    fn select(&mut self, address: u8, read: bool, now_s: f64) -> bool {
         self.advance(now_s);
         self.written = 0;
         self.sent = 0;
-        address == INA219_ADDRESS
+        self.general_call = address == 0 && !read;
+        address == INA219_ADDRESS || self.general_call
     }
 
     fn write(&mut self, byte: u8, now_s: f64) -> bool {
         self.advance(now_s);
+        if self.general_call {
+            if byte == GENERAL_RESET {
+                self.brown_out(now_s);
+            }
+            return byte == GENERAL_RESET;
+        }
         match self.written {
             0 => self.pointer = byte,
             1 => self.high_byte = byte,
