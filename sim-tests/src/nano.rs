@@ -12,6 +12,7 @@
 //! watchdog's oscillator is exact.
 
 mod inside;
+mod pins;
 mod run;
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ mod wires;
 
 use crate::devices::Bus;
 use crate::firmware_image::{FLASH_LEN, FirmwareImage};
+pub use pins::OutputEnable;
 use simavr_ffi as ffi;
 use std::cell::{Ref, RefMut};
 use std::collections::VecDeque;
@@ -297,6 +299,7 @@ impl Nano {
         let now = self.now();
         self.held = Some((now + cycles, kind));
         self.wires().bus.borrow_mut().abandon();
+        self.wires().refresh_output_enable(true);
         self.wires().cut_outgoing();
     }
 }

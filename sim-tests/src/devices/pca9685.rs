@@ -6,7 +6,7 @@
 //! What the data sheet forbids or leaves open has no effect here, and is noted
 //! as a [`Misuse`]. Refuses external clocks, which the robot does not wire, the
 //! bus time-out after 25 ms, and the start-up of the oscillator: pulses come at
-//! once.
+//! once. Longer than most files: bus, mode bits and restart are one state.
 //!
 //! # Source
 //! NXP PCA9685 product data sheet, revision 4, sections 7.1 to 7.6.

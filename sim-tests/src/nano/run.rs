@@ -15,6 +15,9 @@ const STACK_LOW: usize = 0x5D;
 const STACK_HIGH: usize = 0x5E;
 const PORT_C_DIRECTIONS: usize = 0x27;
 
+/// No run is longer than asked for by more than this: 16 us.
+const MAX_RUN_CYCLES: u64 = 256;
+
 /// The chip between two instructions.
 #[derive(Clone, Copy)]
 struct Look {
@@ -64,6 +67,7 @@ impl Nano {
         unsafe { ffi::avr_ioctl(self.avr.as_ptr(), FEED_WATCHDOG, std::ptr::null_mut()) };
         self.wires().set_base(cycle);
         self.wires().bus.borrow_mut().abandon();
+        self.wires().refresh_output_enable(true);
         self.twi_delayed = false;
         if let Some(trace) = &mut self.trace {
             trace.cut();
@@ -78,11 +82,12 @@ impl Nano {
         // here get at `Wires` alone, of which `self` holds no reference.
         unsafe {
             if (*avr).state == ffi::cpu_Running as i32 {
-                // simavr runs on until the next timer or interrupt by itself.
-                (*avr).run_cycle_limit = u64::MAX;
-                (*avr).run_cycle_count = (*avr).run_cycle_count.min(room);
+                // simavr runs on until the next timer or interrupt by itself; a
+                // timer that is set meanwhile lets it run on to that one, up to
+                // the limit.
+                (*avr).run_cycle_limit = room.min(MAX_RUN_CYCLES);
+                (*avr).run_cycle_count = (*avr).run_cycle_count.min((*avr).run_cycle_limit);
                 if self.trace.is_some() {
-                    // A timer that is set meanwhile raises the count again, up to the limit.
                     (*avr).run_cycle_limit = 1;
                     (*avr).run_cycle_count = 1;
                     traced_from = Some(self.look());

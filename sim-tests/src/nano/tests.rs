@@ -96,6 +96,18 @@ fn eeprom_survives_reset_and_power_cycle_and_sram_only_the_reset() {
     assert_eq!(nano.eeprom(), contents);
 }
 
+/// A timer that the program sets makes simavr run on to it.
+#[test]
+fn a_run_ends_where_it_is_told_to_though_the_program_sets_a_timer_far_away() {
+    // ldi r18,WDE; sts WDTCSR,r18; rjmp . : the watchdog bites at 256,000 cycles.
+    let mut nano = board(&[0xE028, 0x9320, 0x0060, 0xCFFF]);
+
+    nano.run_until(2).unwrap();
+    nano.run_until(1_000).unwrap();
+
+    assert!(nano.now() < 1_010, "{}", nano.now());
+}
+
 #[test]
 fn a_watchdog_reset_is_counted_and_the_clock_goes_on() {
     // ldi r18,WDE; sts WDTCSR,r18; rjmp . : 16 ms to the bite.
@@ -169,6 +181,63 @@ fn a_program_that_does_not_read_loses_what_the_chip_would_lose() {
     nano.run_until(2 * MILLISECOND).unwrap();
 
     assert_eq!(nano.counters().receiver_overruns, 2);
+}
+
+/// sbi DDRD,4; 200 nops; sbi PORTD,4; 200 nops; cbi DDRD,4; rjmp .
+fn drives_d4() -> Vec<u16> {
+    [&[0x9A54][..], &[0; 200], &[0x9A5C], &[0; 200], &[0x9854, 0xCFFF]].concat()
+}
+
+#[test]
+fn output_enable_follows_d4_and_its_resistor() {
+    for (wiring, levels) in [
+        (OutputEnable::Unwired, [true; 5]),
+        // At power-on, driven low, driven high, let go, in reset.
+        (OutputEnable::PulledDown, [true, true, false, true, true]),
+        (OutputEnable::PulledUp, [false, true, false, false, false]),
+    ] {
+        let mut nano = board(&drives_d4());
+        nano.wire_output_enable(wiring);
+        let mut enabled = vec![nano.bus().pca9685.is_enabled()];
+        for cycle in [100, 300, 500] {
+            nano.run_until(cycle).unwrap();
+            enabled.push(nano.bus().pca9685.is_enabled());
+        }
+        nano.reset(1_000);
+        enabled.push(nano.bus().pca9685.is_enabled());
+
+        assert_eq!(enabled, levels, "{wiring:?}");
+        nano.run_until(500 + 1_000 + 100).unwrap();
+        assert!(nano.bus().pca9685.is_enabled(), "{wiring:?}: driven low again");
+    }
+}
+
+#[test]
+fn a_watchdog_reset_lets_go_of_d4() {
+    // sbi DDRD,4; ldi r18,WDE; sts WDTCSR,r18; rjmp . , and after the bite only
+    // in r16,MCUSR; sbrc r16,WDRF; rjmp . before it.
+    let program = [0xB704, 0xFD03, 0xCFFF, 0x9A54, 0xE028, 0x9320, 0x0060, 0xCFFF];
+    let mut nano = board(&program);
+    nano.wire_output_enable(OutputEnable::PulledUp);
+
+    nano.run_until(15 * MILLISECOND).unwrap();
+    let before = nano.bus().pca9685.is_enabled();
+    nano.run_until(17 * MILLISECOND).unwrap();
+
+    assert!(before && !nano.bus().pca9685.is_enabled());
+}
+
+#[test]
+fn the_button_pulls_d2_down_against_its_pull_up_and_without_one_the_pin_floats() {
+    // sbi PORTD,2, or a nop; in r16,PIND; sts 0x0100,r16; rjmp to the in.
+    for (first, is_pressed, level) in [(0x9A5A, false, 4), (0x9A5A, true, 0), (0x0000, false, 0)] {
+        let mut nano = board(&[first, 0xB109, 0x9300, 0x0100, 0xCFFC]);
+        nano.press_button(is_pressed);
+
+        nano.run_until(100).unwrap();
+
+        assert_eq!(nano.sram()[0] & 4, level, "{first:#x}, {is_pressed}");
+    }
 }
 
 #[test]

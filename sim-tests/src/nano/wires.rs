@@ -1,8 +1,10 @@
-//! What simavr calls: the two-wire bus and the serial line out.
+//! What simavr calls: the two-wire bus and the serial line out; pins are in
+//! [`super::pins`].
 //!
 //! Owns the state that hooks share with [`super::Nano`]. Hooks get a shared
 //! reference only; what changes is in cells.
 
+use super::pins::{self, OutputEnable};
 use super::{CLOCK_HZ, seconds};
 use crate::devices::Bus;
 use simavr_ffi as ffi;
@@ -15,12 +17,6 @@ const UCSR0A: usize = 0xC0;
 const U2X0: u8 = 0x02;
 const UBRR0L: usize = 0xC4;
 const UBRR0H: usize = 0xC5;
-/// Port C, where a program may drive the two-wire bus by hand.
-const PINC: usize = 0x26;
-const DDRC: usize = 0x27;
-const SDA: u8 = 1 << 4;
-const SCL: u8 = 1 << 5;
-
 /// The peripherals that the wires are soldered to.
 pub(super) struct Units {
     pub twi: NonNull<ffi::avr_twi_t>,
@@ -31,12 +27,15 @@ pub(super) struct Units {
     twi_output: NonNull<ffi::avr_irq_t>,
     pins_read: NonNull<ffi::avr_irq_t>,
     pins_turned: NonNull<ffi::avr_irq_t>,
+    port_d_read: NonNull<ffi::avr_irq_t>,
+    port_d_turned: NonNull<ffi::avr_irq_t>,
+    port_d_set: NonNull<ffi::avr_irq_t>,
     bad_opcode: NonNull<ffi::avr_irq_t>,
 }
 
 /// State shared between the board and simavr's hooks.
 pub(super) struct Wires {
-    avr: NonNull<ffi::avr_t>,
+    pub avr: NonNull<ffi::avr_t>,
     uart: NonNull<ffi::avr_uart_t>,
     twi_input: NonNull<ffi::avr_irq_t>,
     /// Our cycle at which simavr's clock was last zero.
@@ -45,6 +44,9 @@ pub(super) struct Wires {
     /// Bytes on their way out: when each is whole, and what it is.
     outgoing: RefCell<VecDeque<(u64, u8)>>,
     outgoing_free: Cell<u64>,
+    /// The button to ground is pressed.
+    pub button: Cell<bool>,
+    pub output_enable: Cell<OutputEnable>,
 }
 
 impl Wires {
@@ -62,6 +64,8 @@ impl Wires {
             bus: RefCell::new(bus),
             outgoing: RefCell::default(),
             outgoing_free: Cell::new(0),
+            button: Cell::new(false),
+            output_enable: Cell::new(OutputEnable::Unwired),
         }
     }
 
@@ -147,6 +151,9 @@ pub(super) unsafe fn find_units(avr: NonNull<ffi::avr_t>) -> Option<Units> {
         twi_output: signal(*b"twi\0", ffi::TWI_IRQ_OUTPUT)?,
         pins_read: signal(*b"iogC", ffi::IOPORT_IRQ_REG_PIN)?,
         pins_turned: signal(*b"iogC", ffi::IOPORT_IRQ_DIRECTION_ALL)?,
+        port_d_read: signal(*b"iogD", ffi::IOPORT_IRQ_REG_PIN)?,
+        port_d_turned: signal(*b"iogD", ffi::IOPORT_IRQ_DIRECTION_ALL)?,
+        port_d_set: signal(*b"iogD", ffi::IOPORT_IRQ_REG_PORT)?,
         // SAFETY: `avr` is initialised, and this is one of the core's own.
         bad_opcode: NonNull::new(unsafe {
             ffi::avr_get_core_irq(avr.as_ptr(), ffi::AVR_CORE_BAD_OPCODE as std::ffi::c_int)
@@ -167,8 +174,11 @@ pub(super) unsafe fn connect(units: &Units, wires: NonNull<Wires>) {
         (*units.uart.as_ptr()).flags = 0;
         ffi::avr_irq_register_notify(units.uart_output.as_ptr(), Some(on_serial_byte), wires);
         ffi::avr_irq_register_notify(units.twi_output.as_ptr(), Some(on_twi), wires);
-        ffi::avr_irq_register_notify(units.pins_read.as_ptr(), Some(on_pins_read), wires);
-        ffi::avr_irq_register_notify(units.pins_turned.as_ptr(), Some(on_pins_turned), wires);
+        ffi::avr_irq_register_notify(units.pins_read.as_ptr(), Some(pins::on_pins_read), wires);
+        ffi::avr_irq_register_notify(units.pins_turned.as_ptr(), Some(pins::on_pins_turned), wires);
+        ffi::avr_irq_register_notify(units.port_d_read.as_ptr(), Some(pins::on_port_d_read), wires);
+        ffi::avr_irq_register_notify(units.port_d_turned.as_ptr(), Some(pins::on_port_d_turned), wires);
+        ffi::avr_irq_register_notify(units.port_d_set.as_ptr(), Some(pins::on_port_d_set), wires);
         ffi::avr_irq_register_notify(units.bad_opcode.as_ptr(), Some(on_bad_opcode), wires);
     }
 }
@@ -196,32 +206,6 @@ unsafe extern "C" fn on_bad_opcode(_signal: *mut ffi::avr_irq_t, _opcode: u32, w
     let wires = unsafe { &*wires.cast::<Wires>() };
     // SAFETY: simavr asks the hook what to do next through this very field.
     unsafe { (*wires.avr.as_ptr()).state = ffi::cpu_Crashed as i32 };
-}
-
-/// The program reads port C: pull-ups hold both lines high, unless somebody
-/// pulls one down.
-unsafe extern "C" fn on_pins_read(_signal: *mut ffi::avr_irq_t, _pins: u32, wires: *mut c_void) {
-    // SAFETY: registered with a pointer to `Wires` that outlives the chip.
-    let wires = unsafe { &*wires.cast::<Wires>() };
-    let held = if wires.bus.borrow().is_data_held() { SDA } else { 0 };
-    // SAFETY: both registers lie within the data space of 0x900 bytes; simavr
-    // hands the program what stands there after this hook.
-    unsafe {
-        let data = (*wires.avr.as_ptr()).data;
-        let pulled_down = *data.add(DDRC) | held;
-        *data.add(PINC) = *data.add(PINC) & !(SDA | SCL) | (SDA | SCL) & !pulled_down;
-    }
-}
-
-/// The program pulls lines down by making pins outputs, and lets them go.
-unsafe extern "C" fn on_pins_turned(_signal: *mut ffi::avr_irq_t, outputs: u32, wires: *mut c_void) {
-    // SAFETY: registered with a pointer to `Wires` that outlives the chip.
-    let wires = unsafe { &*wires.cast::<Wires>() };
-    // SAFETY: within the data space; the register changes after this hook.
-    let before = unsafe { *(*wires.avr.as_ptr()).data.add(DDRC) };
-    if before & !(outputs as u8) & SCL != 0 {
-        wires.bus.borrow_mut().clock();
-    }
 }
 
 /// Something happened on the two-wire bus.

@@ -2,6 +2,7 @@
 //!
 //! A missing image fails every test here, with the next move.
 
+mod chips;
 mod faults;
 mod stack;
 mod support;

@@ -1,0 +1,63 @@
+//! What the firmware asks of its chips, and whether the data sheets allow it.
+
+use super::support::*;
+use host::robot::Robot;
+use protocol::{Command, State};
+use sim_tests::body::Bench;
+use sim_tests::client::Client;
+use sim_tests::devices::pca9685::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
+use sim_tests::fixtures::{self, amplitude};
+use sim_tests::nano::CLOCK_HZ;
+use sim_tests::virtual_robot::VirtualRobot;
+
+fn walk(robot: &mut VirtualRobot, client: &mut Client) {
+    client.upload(robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
+    client.expect_done(robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    wait_for(robot, client, State::Walking, 5.0);
+}
+
+/// Cold start, walk, reset in mid-walk with the servo driver awake and pulsing,
+/// a hung program, and the walk's orderly end.
+#[test]
+fn the_servo_driver_is_never_asked_for_what_its_data_sheet_forbids() {
+    let (mut robot, mut client) = on_the_bench();
+    walk(&mut robot, &mut client);
+    robot.nano_mut().reset(CLOCK_HZ);
+    let mut client = Client::new();
+    client.run_for(&mut robot, 1.5).unwrap();
+    walk(&mut robot, &mut client);
+    assert!(robot.nano_mut().hang());
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.5).unwrap();
+    client.expect_done(&mut robot, Command::ClearFault).unwrap();
+    walk(&mut robot, &mut client);
+    client.expect_done(&mut robot, Command::Stop).unwrap();
+    client.run_for(&mut robot, 3.0).unwrap();
+
+    let bus = robot.nano().bus();
+
+    assert_eq!(bus.pca9685.misuses(), []);
+    assert!(!bus.pca9685.drives_any());
+}
+
+/// What a calibration of the board's oscillator has to make up for.
+#[test]
+fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
+    for oscillator_hz in OSCILLATOR_SPREAD_HZ {
+        let ant = Robot::ant(1.0).unwrap();
+        let body = Box::new(Bench::new(0.1));
+        let mut robot = VirtualRobot::with_body(&image(), &ant, body, oscillator_hz).unwrap();
+        let mut client = Client::new();
+        client.run_for(&mut robot, 0.3).unwrap();
+        walk(&mut robot, &mut client);
+
+        let now_s = robot.now_s();
+        let mut bus = robot.nano_mut().bus_mut();
+        let pulse_us = bus.pca9685.pulses_us(now_s)[0].unwrap();
+        let counts = f64::from(bus.pca9685.counts()[0].unwrap());
+
+        // 102 periods a count; a frame may lie between registers and pins.
+        let stretch = pulse_us / (counts * 4.08);
+        assert!((stretch - NOMINAL_OSCILLATOR_HZ / oscillator_hz).abs() < 0.01, "{oscillator_hz}: {stretch}");
+    }
+}
