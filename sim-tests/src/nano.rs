@@ -106,6 +106,8 @@ pub struct Nano {
     wires: NonNull<Wires>,
     /// Bytes on their way in: when each is whole, in cycles, and what it is.
     incoming: VecDeque<(u64, u8)>,
+    /// When each byte arrived that the receiver holds.
+    held_since: VecDeque<u64>,
     /// When the line from the host is free again, in ninths of a cycle.
     incoming_free_ninths: u64,
     /// In reset, or in the bootloader, until this cycle.
@@ -155,6 +157,7 @@ impl Nano {
             uart_input: units.uart_input,
             wires,
             incoming: VecDeque::new(),
+            held_since: VecDeque::new(),
             incoming_free_ninths: 0,
             held: None,
             twi_delayed: false,

@@ -69,6 +69,7 @@ impl Nano {
         self.wires().bus.borrow_mut().abandon();
         self.wires().refresh_output_enable(true);
         self.twi_delayed = false;
+        self.held_since.clear();
         if let Some(trace) = &mut self.trace {
             trace.cut();
         }
@@ -95,6 +96,9 @@ impl Nano {
                 (*avr).pc = avr_run_one(avr);
             }
             let after = self.look();
+            if !self.held_since.is_empty() {
+                self.note_received(after.cycle);
+            }
             let pending = (*self.twi.as_ptr()).next_twstate;
             if pending == 0 {
                 self.twi_delayed = false;
@@ -260,8 +264,7 @@ impl Nano {
         // SAFETY: `uart` and its input belong to `avr`, which is alive and not
         // running.
         unsafe {
-            let held = (*uart).input.write.wrapping_sub((*uart).input.read) % 64;
-            if held >= RECEIVER_DEPTH {
+            if self.bytes_held() >= RECEIVER_DEPTH {
                 self.counters.receiver_overruns += 1;
                 return;
             }
@@ -269,6 +272,24 @@ impl Nano {
             let byte_cycles = std::mem::replace(&mut (*uart).cycles_per_byte, 1);
             ffi::avr_raise_irq(self.uart_input.as_ptr(), u32::from(byte));
             (*uart).cycles_per_byte = byte_cycles;
+        }
+        self.held_since.push_back(self.now());
+    }
+
+    /// Bytes in the receiver that the program has not read.
+    fn bytes_held(&self) -> u16 {
+        // SAFETY: `uart` belongs to `avr`, which is alive.
+        let input = unsafe { &(*self.uart.as_ptr()).input };
+        input.write.wrapping_sub(input.read) % 64
+    }
+
+    /// The program may just have read a byte.
+    fn note_received(&mut self, now: u64) {
+        while self.held_since.len() > usize::from(self.bytes_held()) {
+            let Some(since) = self.held_since.pop_front() else { return };
+            if let Some(trace) = &mut self.trace {
+                trace.interrupts.note_receive_wait(now - since);
+            }
         }
     }
 }

@@ -3,7 +3,8 @@
 //! A handler's time runs from its entry, with the 4 cycles of the entry
 //! itself, to the end of its `reti`. Interrupts are off from the end of the
 //! instruction that cleared SREG's I, or from a handler's entry, to the end of
-//! the instruction that set it again.
+//! the instruction that set it again. A received byte waits from its last bit
+//! to the program's reading of it.
 
 use super::Step;
 
@@ -41,6 +42,7 @@ pub struct InterruptLog {
     off_since: Option<(u32, u64)>,
     longest_off: Option<Stretch>,
     longest_off_in_main: Option<Stretch>,
+    longest_receive_wait: Option<u64>,
 }
 
 impl InterruptLog {
@@ -70,6 +72,12 @@ impl InterruptLog {
         self.longest_off_in_main
     }
 
+    /// The longest time in cycles that a received byte waited to be read.
+    #[must_use]
+    pub fn longest_receive_wait(&self) -> Option<u64> {
+        self.longest_receive_wait
+    }
+
     /// Takes over what another run showed.
     pub fn merge(&mut self, other: &Self) {
         for handler in &other.handlers {
@@ -82,6 +90,7 @@ impl InterruptLog {
                 None => self.handlers.push(*handler),
             }
         }
+        self.longest_receive_wait = self.longest_receive_wait.max(other.longest_receive_wait);
         for (ours, theirs) in [
             (&mut self.longest_off, other.longest_off),
             (&mut self.longest_off_in_main, other.longest_off_in_main),
@@ -90,6 +99,10 @@ impl InterruptLog {
                 keep(ours.get_or_insert(theirs), theirs);
             }
         }
+    }
+
+    pub(in crate::nano) fn note_receive_wait(&mut self, cycles: u64) {
+        self.longest_receive_wait = self.longest_receive_wait.max(Some(cycles));
     }
 
     pub(super) fn note(&mut self, step: &Step<'_>) {

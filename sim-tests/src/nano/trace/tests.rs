@@ -153,3 +153,22 @@ fn a_transfer_on_a_stuck_bus_lasts_until_the_program_gives_it_up_and_frees_the_l
     assert_eq!(transfer.cycles(), 27);
     assert!(!nano.bus().is_data_held(), "one clock frees it");
 }
+
+#[test]
+fn a_received_byte_waits_until_the_program_reads_it() {
+    // ldi r18,2; sts UCSR0A; ldi r18,16; sts UBRR0L; ldi r18,0x10; sts UCSR0B;
+    // head: 200 nops; lds r16,UDR0; rjmp head.
+    let set_up = [0xE022, 0x9320, 0x00C0, 0xE120, 0x9320, 0x00C4, 0xE120, 0x9320, 0x00C1];
+    let main = [&set_up[..], &[NOP; 200], &[0x9100, 0x00C6, 0xCF35]].concat();
+    let mut nano = Nano::new(&FirmwareImage::of_words(&main), Bus::default()).unwrap();
+
+    nano.start_trace(Trace::new());
+    for _ in 0..20 {
+        nano.send(b"x");
+        nano.run_until(nano.now() + 1_517).unwrap();
+    }
+
+    let wait = nano.take_trace().unwrap().interrupts.longest_receive_wait().unwrap();
+    // A pass takes 204 cycles, and no byte waits longer.
+    assert!((150..=204).contains(&wait), "{wait}");
+}
