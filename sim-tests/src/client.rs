@@ -106,6 +106,15 @@ impl Client {
         self.listen(robot)
     }
 
+    /// As [`Self::run_for`], up to a cycle.
+    ///
+    /// # Errors
+    /// As [`Self::run_for`].
+    pub fn run_until(&mut self, robot: &mut VirtualRobot, cycle: u64) -> Result<(), ClientError> {
+        robot.run_until(cycle)?;
+        self.listen(robot)
+    }
+
     /// Sends a whole gait and makes it active.
     ///
     /// # Errors

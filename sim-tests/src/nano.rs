@@ -225,6 +225,12 @@ impl Nano {
         self.incoming.len()
     }
 
+    /// When the last byte put on the line to the Nano is whole, in cycles.
+    #[must_use]
+    pub fn line_free_at(&self) -> u64 {
+        self.incoming_free_ninths.div_ceil(NINTHS)
+    }
+
     /// Bytes whose last bit has left the Nano, with the cycle at which it did.
     pub fn receive(&mut self) -> Vec<(u64, u8)> {
         self.wires().take_outgoing()

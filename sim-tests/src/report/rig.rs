@@ -21,6 +21,8 @@ use thiserror::Error;
 
 /// Servos in a vice draw this much each.
 const SERVO_POWER_W: f64 = 0.1;
+/// Chips configured, stored gait loaded, and the first samples taken.
+const START_UP_S: f64 = 0.3;
 /// Longest wait for a state: the entry into a gait takes about a second.
 const PATIENCE_S: f64 = 5.0;
 
@@ -118,7 +120,7 @@ impl Rig {
     /// # Errors
     /// [`RigError`] if it does not start.
     pub fn started(firmware: &Firmware) -> Result<Self, RigError> {
-        Self::started_with(&firmware.image, 0.3)
+        Self::started_with(&firmware.image, START_UP_S)
     }
 
     /// Another image, given so many seconds to start.
@@ -126,9 +128,20 @@ impl Rig {
     /// # Errors
     /// [`RigError`] if it does not start.
     pub fn started_with(image: &FirmwareImage, patience_s: f64) -> Result<Self, RigError> {
-        let body = Box::new(Bench::new(SERVO_POWER_W));
         // A stiff supply: the loads that are tried must not look like a flat battery.
-        let supply = Supply { nominal_v: 6.0, resistance_ohm: 0.02 };
+        Self::built(image, Supply { nominal_v: 6.0, resistance_ohm: 0.02 }, patience_s)
+    }
+
+    /// On another supply.
+    ///
+    /// # Errors
+    /// [`RigError`] if it does not start.
+    pub fn supplied(firmware: &Firmware, supply: Supply) -> Result<Self, RigError> {
+        Self::built(&firmware.image, supply, START_UP_S)
+    }
+
+    fn built(image: &FirmwareImage, supply: Supply, patience_s: f64) -> Result<Self, RigError> {
+        let body = Box::new(Bench::new(SERVO_POWER_W));
         let description = Robot { supply, ..Robot::ant(1.0)? };
         let robot = VirtualRobot::with_body(image, &description, body, NOMINAL_OSCILLATOR_HZ)?;
         let mut rig = Self { robot, client: Client::new(), uploads: 0 };
