@@ -32,6 +32,10 @@ use wires::Wires;
 
 /// Cycles a second of the Nano's crystal.
 pub const CLOCK_HZ: u64 = 16_000_000;
+/// From an interrupt to its handler's vector (data sheet 7.7.1); simavr takes none.
+pub const ENTRY_CYCLES: u64 = 4;
+/// Two bytes of the line, the time that the receiver gives a byte to be read.
+pub const RECEIVER_PATIENCE_US: f64 = 2.0 * 10.0 / HOST_BAUD as f64 * 1e6;
 /// Bytes of EEPROM in an ATmega328P.
 pub const EEPROM_LEN: usize = 1024;
 

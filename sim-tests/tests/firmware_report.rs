@@ -6,7 +6,7 @@ use sim_tests::firmware_image::FirmwareImage;
 use sim_tests::report::load::{self, Flood};
 use sim_tests::report::rig::Firmware;
 use sim_tests::report::watchdog::{self, Hang};
-use sim_tests::report::{bus_faults, link_loss, pacing, supply_faults};
+use sim_tests::report::{bus_faults, pacing};
 
 fn firmware() -> Firmware {
     let firmware = Firmware::load(&FirmwareImage::default_path()).unwrap_or_else(|error| panic!("{error}"));
@@ -58,27 +58,5 @@ fn a_hung_program_ends_with_the_servos_off_wherever_it_hangs() {
     }
     for why in &bites.not_covered {
         println!("a bootloader is not covered: {why}");
-    }
-}
-
-#[test]
-fn zz_supply() {
-    let faults = supply_faults::measure(&firmware(), 4).unwrap();
-    for stop in &faults.stops {
-        println!("{stop:?}");
-    }
-    println!(
-        "{:?} {:?} {} {:?}",
-        faults.stop_frames(),
-        faults.worst_frames(),
-        faults.forgiven_frames,
-        faults.tripping_frames
-    );
-}
-
-#[test]
-fn zz_link() {
-    for s in link_loss::attached_walk(&firmware()).unwrap() {
-        println!("{s:?}");
     }
 }

@@ -4,8 +4,8 @@
 //! what they do to the clock, and the time that the two-wire bus takes.
 
 use super::{
-    CLOCK_HZ, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL, MCUSR_POWER_ON, Nano,
-    NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START, trace,
+    CLOCK_HZ, ENTRY_CYCLES, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL,
+    MCUSR_POWER_ON, Nano, NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START, trace,
 };
 use simavr_ffi as ffi;
 use std::ffi::c_void;
@@ -141,8 +141,6 @@ impl Nano {
 
     /// Enters the handler that is due, in the time that the chip takes for it.
     fn service_interrupts(&mut self) -> Option<u8> {
-        // Section 7.7.1: four cycles to the vector.
-        const ENTRY_CYCLES: u64 = 4;
         const VECTOR_LEN: u32 = 4;
 
         let avr = self.avr.as_ptr();

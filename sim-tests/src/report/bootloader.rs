@@ -2,7 +2,8 @@
 //!
 //! Owns where they lie in flash, and the reading of Intel's hex format. None of
 //! them is part of this project: where the package is not installed, they are
-//! left out and that is said.
+//! left out and that is said. A stand-in of our own does what Optiboot does
+//! after a watchdog reset, for Debian's own build of it fits no Nano.
 
 use super::rig::RigError;
 use crate::firmware_image::{FLASH_LEN, FirmwareImage};
@@ -62,6 +63,21 @@ impl Bootloader {
     /// [`RigError::Image`] if they overlap.
     pub fn with(&self, image: &FirmwareImage) -> Result<FirmwareImage, RigError> {
         Ok(image.with_bootloader(&self.bytes, self.start, &self.path)?)
+    }
+}
+
+/// What Optiboot does after a watchdog reset, in a few words of our own: takes
+/// the reset's cause away, turns the watchdog off, starts the program at once.
+#[must_use]
+pub fn stand_in() -> Bootloader {
+    // in r24,MCUSR; eor r1,r1; out MCUSR,r1; ldi r24,WDCE|WDE; sts WDTCSR,r24;
+    // sts WDTCSR,r1; jmp 0.
+    const WORDS: [u16; 10] = [0xB784, 0x2411, 0xBE14, 0xE188, 0x9380, 0x0060, 0x9210, 0x0060, 0x940C, 0x0000];
+    Bootloader {
+        name: "stand-in for Optiboot",
+        path: PathBuf::from("(built in)"),
+        start: 0x7E00,
+        bytes: WORDS.iter().flat_map(|word| word.to_le_bytes()).collect(),
     }
 }
 

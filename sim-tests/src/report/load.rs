@@ -8,11 +8,11 @@
 
 use super::memory::Stack;
 use super::rig::{Firmware, Rig, RigError};
-use crate::nano::CLOCK_HZ;
-use crate::nano::trace::InterruptLog;
-use protocol::Command;
+use crate::nano::trace::{InterruptLog, Trace};
+use crate::nano::{CLOCK_HZ, ENTRY_CYCLES, seconds};
 use protocol::command::{Chunk, MAX_CHUNK_LEN};
 use protocol::frame::{self, MAX_FRAME_LEN, Request};
+use protocol::{Command, FRAME_RATE_HZ};
 
 /// What fills the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +79,24 @@ impl Source {
     }
 }
 
+/// How busy the two-wire bus is, in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BusLoad {
+    /// Transfers.
+    pub transfers: f64,
+    /// From a START to the end of its transfer, summed up.
+    pub busy_ms: f64,
+}
+
+impl BusLoad {
+    fn of(trace: &Trace) -> Self {
+        let frames = seconds(trace.cycles()) * f64::from(FRAME_RATE_HZ);
+        let transfers = trace.bus.transfers();
+        let cycles: u64 = transfers.iter().map(|transfer| transfer.ended - transfer.began).sum();
+        Self { transfers: transfers.len() as f64 / frames, busy_ms: seconds(cycles) * 1e3 / frames }
+    }
+}
+
 /// How busy it is, and what else these runs showed.
 #[derive(Debug)]
 pub struct Load {
@@ -90,6 +108,11 @@ pub struct Load {
     pub idle_pass_cycles: (u64, u64),
     /// Cycles of the main loop's longest pass.
     pub longest_pass_cycles: u64,
+    /// Entering handlers, walking with telemetry, in per cent: a part of it that
+    /// simavr alone leaves out.
+    pub entries_percent: f64,
+    /// The bus, walking with telemetry.
+    pub bus: BusLoad,
     /// Bytes lost in the receiver.
     pub receiver_overruns: u32,
     /// Interrupts of all runs.
@@ -116,6 +139,8 @@ pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Load, RigError> {
         flooded_percent: Vec::new(),
         idle_pass_cycles: (0, 0),
         longest_pass_cycles: 0,
+        entries_percent: 0.0,
+        bus: BusLoad::default(),
         receiver_overruns: 0,
         interrupts: InterruptLog::default(),
         stack: Stack::default(),
@@ -134,6 +159,9 @@ pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Load, RigError> {
         match flood {
             None => {
                 load.busy_percent = percent;
+                let entries: u64 = trace.interrupts.handlers().iter().map(|handler| handler.count).sum();
+                load.entries_percent = 100.0 * (entries * ENTRY_CYCLES) as f64 / trace.cycles() as f64;
+                load.bus = BusLoad::of(&trace);
                 load.idle_pass_cycles = passes.idle_pass_cycles().ok_or(RigError::Unseen("idle pass"))?;
             }
             Some(flood) => load.flooded_percent.push((flood, percent)),

@@ -78,9 +78,9 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     if under > 0.0 { over / under } else { 0.0 }
 }
 
-/// The STARTs that began the bursts which set all eight servos.
+/// The transfers that were bursts which set all eight servos.
 #[must_use]
-pub fn burst_starts(transfers: &[Transfer], bursts: &[Burst]) -> Vec<u64> {
+pub fn burst_transfers(transfers: &[Transfer], bursts: &[Burst]) -> Vec<Transfer> {
     let is_walking = |burst: &&Burst| burst.counts[..JOINT_COUNT].iter().all(Option::is_some);
     bursts
         .iter()
@@ -89,7 +89,7 @@ pub fn burst_starts(transfers: &[Transfer], bursts: &[Burst]) -> Vec<u64> {
             // The chip is addressed a bit after the START was asked for.
             let addressed = (burst.start_s * CLOCK_HZ as f64).round() as u64;
             let after = transfers.partition_point(|transfer| transfer.began <= addressed);
-            Some(transfers[..after].last()?.began)
+            transfers[..after].last().copied()
         })
         .collect()
 }
@@ -105,6 +105,8 @@ pub struct Pacing {
     pub interrupts: InterruptLog,
     /// Cycles of the main loop's longest pass.
     pub longest_pass_cycles: u64,
+    /// Cycles of the longest burst, from its START to its STOP.
+    pub longest_burst_cycles: u64,
     /// The deepest stack.
     pub stack: Stack,
     /// How long it was.
@@ -135,13 +137,16 @@ pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Pacing, RigError>
 
     let trace = rig.take_trace()?;
     let bursts = rig.robot.take_bursts();
-    let starts = burst_starts(trace.bus.transfers(), &bursts);
+    let transfers_of_bursts = burst_transfers(trace.bus.transfers(), &bursts);
+    let starts: Vec<u64> = transfers_of_bursts.iter().map(|transfer| transfer.began).collect();
+    let longest_burst = transfers_of_bursts.iter().map(|transfer| transfer.ended - transfer.began).max();
     let lateness = Lateness::of(&starts).ok_or(RigError::Unseen("servo bursts"))?;
     let passes = trace.passes.as_ref().ok_or(RigError::Unseen("main loop"))?;
     Ok(Pacing {
         lateness,
         transfers,
         longest_pass_cycles: passes.longest().0,
+        longest_burst_cycles: longest_burst.unwrap_or(0),
         stack: Stack::of(&rig, firmware, &trace),
         seconds: seconds(trace.cycles()),
         interrupts: trace.interrupts,

@@ -3,11 +3,14 @@
 //! The program is hung by writing `rjmp .` over an instruction of the running
 //! chip's flash: at the main loop's head, where interrupts and so the servo
 //! bursts go on, or at a handler's vector, with interrupts off. After the reset
-//! the instruction is as before, so the program starts as it always does.
+//! the instruction is as before, so the program starts as it always does. Each
+//! hang is tried without and with each bootloader, and, if the firmware drives
+//! the servo driver's OE, with that wired so that a reset alone takes the pulses
+//! away.
 
 use super::bootloader::{self, Bootloader};
 use super::rig::{Firmware, Rig, RigError};
-use crate::nano::{CLOCK_HZ, seconds};
+use crate::nano::{CLOCK_HZ, OutputEnable, seconds};
 use protocol::{Event, Message, ResetCause, State};
 
 /// `rjmp .`
@@ -45,6 +48,8 @@ pub struct Bite {
     pub hang: Hang,
     /// With which bootloader; `None` without.
     pub bootloader: Option<&'static str>,
+    /// How the servo driver's OE is wired.
+    pub wiring: OutputEnable,
     /// Until no servo gets pulses; `None`: longer than five seconds.
     pub stop_ms: Option<f64>,
     /// What the robot says why it started; `None`: nothing within two seconds.
@@ -58,7 +63,7 @@ pub struct Bite {
 pub struct Bites {
     /// Each.
     pub bites: Vec<Bite>,
-    /// Why bootloaders are left out, those that are.
+    /// What is left out, and why.
     pub not_covered: Vec<String>,
 }
 
@@ -71,27 +76,50 @@ pub fn measure(firmware: &Firmware) -> Result<Bites, RigError> {
     for bootloader in bootloader::installed() {
         match bootloader {
             Ok(bootloader) => bootloaders.push(bootloader),
-            Err(why) => not_covered.push(why.to_string()),
+            Err(why) => not_covered.push(format!("a bootloader: {why}")),
         }
     }
+    bootloaders.push(bootloader::stand_in());
+    let mut wirings = vec![OutputEnable::Unwired];
+    if drives_output_enable(firmware)? {
+        wirings.push(OutputEnable::PulledUp);
+    } else {
+        not_covered.push("OE on D4: this firmware leaves that pin alone".to_owned());
+    }
     let mut bites = Vec::new();
-    for bootloader in [None].into_iter().chain(bootloaders.iter().map(Some)) {
-        for hang in [Hang::MainLoop, Hang::Handler] {
-            bites.push(bite(firmware, hang, bootloader)?);
+    for wiring in wirings {
+        for bootloader in [None].into_iter().chain(bootloaders.iter().map(Some)) {
+            for hang in [Hang::MainLoop, Hang::Handler] {
+                bites.push(bite(firmware, hang, bootloader, wiring)?);
+            }
         }
     }
     Ok(Bites { bites, not_covered })
 }
 
-fn bite(firmware: &Firmware, hang: Hang, bootloader: Option<&Bootloader>) -> Result<Bite, RigError> {
+/// Whether a walking robot pulls OE down against a resistor.
+fn drives_output_enable(firmware: &Firmware) -> Result<bool, RigError> {
+    let mut rig = Rig::started(firmware)?;
+    rig.robot.nano_mut().wire_output_enable(OutputEnable::PulledUp);
+    rig.walk()?;
+    rig.client.run_for(&mut rig.robot, 0.1)?;
+    Ok(rig.robot.nano().bus().pca9685.drives_any())
+}
+
+fn bite(
+    firmware: &Firmware,
+    hang: Hang,
+    bootloader: Option<&Bootloader>,
+    wiring: OutputEnable,
+) -> Result<Bite, RigError> {
     let mut rig = match bootloader {
         None => Rig::started(firmware)?,
         // The old one looks for a programmer for a second or two first.
         Some(bootloader) => Rig::started_with(&bootloader.with(&firmware.image)?, 4.0)?,
     };
+    rig.robot.nano_mut().wire_output_enable(wiring);
     rig.walk()?;
     rig.client.forget();
-    rig.robot.take_bursts();
     let resets = rig.robot.nano().counters().watchdog_resets;
     let address = match hang {
         Hang::MainLoop => firmware.head,
@@ -104,16 +132,17 @@ fn bite(firmware: &Firmware, hang: Hang, bootloader: Option<&Bootloader>) -> Res
     let mut hung = true;
     while stopped.is_none() && rig.robot.now() < began + PATIENCE_CYCLES {
         rig.robot.run_until(rig.robot.now() + STEP_CYCLES)?;
-        if hung && rig.robot.nano().counters().watchdog_resets > resets {
+        let is_off = !rig.robot.nano().bus().pca9685.drives_any();
+        stopped = is_off.then(|| seconds(rig.robot.now() - began) * 1e3);
+        if hung && (is_off || rig.robot.nano().counters().watchdog_resets > resets) {
             rig.robot.nano_mut().patch(address, before);
             hung = false;
         }
-        let off = rig.robot.take_bursts().into_iter().find(|burst| burst.counts.iter().all(Option::is_none));
-        stopped = off.map(|burst| (burst.stop_s - seconds(began)) * 1e3);
     }
     let mut bite = Bite {
         hang,
         bootloader: bootloader.map(|bootloader| bootloader.name),
+        wiring,
         stop_ms: stopped,
         cause: None,
         latched: false,

@@ -1,8 +1,11 @@
 //! What stands behind the figures, in plain sentences.
 
+use super::figures::WATCHDOG_SPREAD;
 use super::{Measured, all_interrupts};
-use crate::nano::{CLOCK_HZ, seconds};
+use crate::nano::{CLOCK_HZ, OutputEnable, RECEIVER_PATIENCE_US, seconds};
 use crate::report::energy::Energy;
+use crate::report::link_loss::Silence;
+use crate::report::supply_faults::{Stop, SupplyFaults, Trouble};
 use crate::report::watchdog::Bite;
 
 pub(super) fn of(measured: &Measured) -> Vec<String> {
@@ -29,11 +32,28 @@ pub(super) fn of(measured: &Measured) -> Vec<String> {
             seconds(pacing.longest_pass_cycles.max(load.longest_pass_cycles)) * 1e3
         ),
     ];
+    lines.push(format!(
+        "of the processor's time, walking, {:.2} % are entries into handlers, which the emulator alone would leave out",
+        load.entries_percent
+    ));
+    lines.push(format!(
+        "bus: the longest servo burst takes {:.0} us, of which START and address, which the emulator alone would \
+         leave out, 25; {:.1} transfers a frame keep the bus for {:.2} of its 16.67 ms",
+        us(pacing.longest_burst_cycles),
+        load.bus.transfers,
+        load.bus.busy_ms
+    ));
     for (flood, percent) in &load.flooded_percent {
         lines.push(format!("busy under a flood of {}: {percent:.1} %", flood.name()));
     }
-    lines.push(format!("bytes lost in the receiver: {}", load.receiver_overruns));
     let interrupts = all_interrupts(measured);
+    let wait =
+        interrupts.longest_receive_wait().map_or("unseen".into(), |wait| format!("{:.1} us", us(wait)));
+    lines.push(format!(
+        "receiver: a byte waits {wait} at most to be read, of the {RECEIVER_PATIENCE_US:.0} us that two more take; \
+         {} bytes lost",
+        load.receiver_overruns
+    ));
     for handler in interrupts.handlers() {
         lines.push(format!(
             "handler {} ({}): longest {:.2} us, mean {:.2} us",
@@ -71,9 +91,12 @@ pub(super) fn of(measured: &Measured) -> Vec<String> {
         ));
     }
     lines.extend(watchdog.bites.iter().map(bite_line));
-    lines.extend(
-        watchdog.not_covered.iter().map(|why| format!("watchdog, a bootloader is not covered: {why}")),
-    );
+    lines.extend(watchdog.not_covered.iter().map(|why| format!("watchdog, not covered is {why}")));
+    lines.push(format!(
+        "watchdog, times above are at 128 kHz; the figure is {WATCHDOG_SPREAD:.3} times the slowest of them"
+    ));
+    lines.extend(supply_lines(&measured.supply));
+    lines.extend(measured.silences.iter().map(silence_line));
     if let Some(energy) = energy {
         lines.extend(energy_lines(energy));
     }
@@ -85,7 +108,50 @@ fn bite_line(bite: &Bite) -> String {
     let stop = bite.stop_ms.map_or("servos stay on".into(), |ms| format!("servos off after {ms:.1} ms"));
     let cause = bite.cause.map_or("says nothing".into(), |cause| format!("says {cause:?}"));
     let latched = if bite.latched { "latched" } else { "not latched" };
-    format!("watchdog, {}, {bootloader}: {stop}, {cause}, {latched}", bite.hang.name())
+    let wiring = match bite.wiring {
+        OutputEnable::Unwired => "",
+        OutputEnable::PulledDown => ", OE on D4 and pulled down",
+        OutputEnable::PulledUp => ", OE on D4 and pulled up",
+    };
+    format!("watchdog, {}, {bootloader}{wiring}: {stop}, {cause}, {latched}", bite.hang.name())
+}
+
+fn supply_lines(supply: &SupplyFaults) -> Vec<String> {
+    let mut lines = Vec::new();
+    for trouble in Trouble::ALL {
+        let stops = || supply.stops.iter().filter(|stop| stop.trouble == trouble);
+        let worst = |value: fn(&Stop) -> Option<f64>| {
+            let all: Option<Vec<f64>> = stops().map(value).collect();
+            all.map_or("never, at one of them,".into(), |all| {
+                format!("{:.2}", all.into_iter().fold(f64::MIN, f64::max))
+            })
+        };
+        lines.push(format!(
+            "{} at {} moments of a frame: last pulse {} frames after it began at most, told after {} ms, latched {}",
+            trouble.name(),
+            stops().count(),
+            worst(|stop| stop.frames),
+            worst(|stop| stop.told_ms),
+            if stops().all(|stop| stop.latched) { "each time" } else { "NOT each time" }
+        ));
+    }
+    let tripping =
+        supply.tripping_frames.map_or("some for ever".into(), |frames| format!("none from {frames} on"));
+    lines.push(format!(
+        "supply's debounce: {} samples in the source; by trying, dips of {} frames are forgiven at every moment, {tripping}",
+        supply.debounce_frames, supply.forgiven_frames
+    ));
+    lines
+}
+
+fn silence_line(silence: &Silence) -> String {
+    let ms = |ms: Option<f64>| ms.map_or("never".into(), |ms| format!("{ms:.0} ms after it"));
+    let told = if silence.told { "told" } else { "not told" };
+    format!(
+        "attached walk, the cable pulled after a whole command: last move {}, limp {}, {told}",
+        ms(silence.still_ms),
+        ms(silence.limp_ms)
+    )
 }
 
 fn energy_lines(energy: &Energy) -> Vec<String> {
