@@ -58,7 +58,7 @@ impl SimRobot {
     pub fn playing(gait: &Gait, amplitude: Amplitude) -> Self {
         let mut robot = Self::new();
         robot.upload(gait, amplitude, false);
-        robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+        robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
         robot.run_until(State::Walking);
         robot
     }

@@ -8,7 +8,7 @@ use sim_tests::devices::{Chip, Pca9685};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
-const WALK: Command = Command::Walk { amplitude: None, frames: None, detached: true };
+const WALK: Command = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
 
 fn walking() -> SimRobot {
     let mut robot = SimRobot::playing(&fixtures::trot(), amplitude(2.2));

@@ -103,7 +103,7 @@ fn any_command() -> impl Strategy<Value = Command> {
             .prop_map(|(offset, data)| Command::UploadChunk { offset, data: Chunk::of(&data) }),
         (any_amplitude(), any::<bool>())
             .prop_map(|(amplitude, persist)| Command::UploadCommit { amplitude, persist }),
-        any::<u16>().prop_map(|offset| Command::ReadGait { offset }),
+        any::<u16>().prop_map(|offset| Command::Read { record: protocol::command::Record::Gait, offset }),
     ]
 }
 

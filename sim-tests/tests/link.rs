@@ -1,7 +1,7 @@
 //! Frames, numbers and repeats on a line that loses and garbles.
 
 use proptest::prelude::*;
-use protocol::{Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
+use protocol::{Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -9,7 +9,7 @@ use sim_tests::sim_robot::SimRobot;
 fn a_repeated_command_is_answered_again_and_not_carried_out_twice() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true });
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
 
     robot.send(&walk);
     let first = robot.answer();
@@ -23,7 +23,7 @@ fn a_repeated_command_is_answered_again_and_not_carried_out_twice() {
 #[test]
 fn a_refusal_is_repeated_too() {
     let mut robot = SimRobot::new();
-    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true });
+    let walk = robot.framed(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     robot.send(&walk);
     let refused = robot.answer();
 
@@ -39,11 +39,11 @@ fn a_refusal_is_repeated_too() {
 fn a_command_whose_number_comes_round_again_is_carried_out() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    let walk = Command::Walk { amplitude: None, frames: Some(1), detached: true };
+    let walk = Command::Walk { amplitude: None, frames: Some(1), detached: true, dry_run: false };
     robot.expect_done(walk);
     robot.run_until(State::Idle);
     for _ in 0..255 {
-        robot.ask(Command::ReadGait { offset: 0 });
+        robot.ask(Command::Read { record: protocol::command::Record::Gait, offset: 0 });
     }
 
     robot.expect_done(walk);
@@ -92,7 +92,7 @@ fn an_intact_frame_without_meaning_is_refused_by_its_number() {
     assert_eq!(robot.answer(), Reply::Refused(Refusal::Unknown));
 }
 
-const ATTACHED: Command = Command::Walk { amplitude: None, frames: None, detached: false };
+const ATTACHED: Command = Command::Walk { amplitude: None, frames: None, detached: false, dry_run: false };
 /// The protocol's second, and two frames on top.
 const LINK_LOST_FRAMES: u64 = 62;
 
@@ -107,7 +107,7 @@ fn walking_attached() -> SimRobot {
 }
 
 fn link_losses(robot: &SimRobot) -> usize {
-    robot.events().filter(|event| *event == Event::LinkLost).count()
+    robot.events().filter(|event| *event == Event::WalkEnded(WalkEnd::LinkLost)).count()
 }
 
 #[test]
@@ -161,13 +161,13 @@ fn a_detached_walk_goes_on_to_its_frames_without_a_host() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true, dry_run: false });
 
     robot.run_until(State::Idle);
     robot.run_frames(2);
 
     assert_eq!(robot.telemetry().last().unwrap().trial_frames, 300);
-    assert!(robot.events().any(|event| event == Event::WalkFinished));
+    assert!(robot.events().any(|event| event == Event::WalkEnded(WalkEnd::Finished)));
     assert_eq!(link_losses(&robot), 0);
 }
 

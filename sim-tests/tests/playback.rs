@@ -1,7 +1,9 @@
 //! What the servos get, frame by frame.
 
 use firmware::limits::Calibration;
-use protocol::{Amplitude, Angle, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Joint, Refusal, Reply, State};
+use protocol::{
+    Amplitude, Angle, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Joint, Refusal, Reply, State, WalkEnd,
+};
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::{Pulses, SimRobot};
 
@@ -85,7 +87,12 @@ fn walking_for_n_frames_plays_exactly_n_frames_and_ends_limp() {
         let mut robot = SimRobot::new();
         robot.upload(&gait, amplitude(1.5), false);
         robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
-        robot.expect_done(Command::Walk { amplitude: None, frames: Some(frames), detached: true });
+        robot.expect_done(Command::Walk {
+            amplitude: None,
+            frames: Some(frames),
+            detached: true,
+            dry_run: false,
+        });
         robot.run_until(State::Walking);
         robot.take_pulses();
 
@@ -95,7 +102,7 @@ fn walking_for_n_frames_plays_exactly_n_frames_and_ends_limp() {
         robot.run_frames(3);
         let sample = robot.telemetry().last().unwrap();
         assert_eq!((sample.state, sample.trial_frames), (State::Idle, frames));
-        assert_eq!(robot.events().filter(|event| *event == Event::WalkFinished).count(), 1);
+        assert_eq!(robot.events().filter(|event| *event == Event::WalkEnded(WalkEnd::Finished)).count(), 1);
         // It stands in the last gait frame's pose.
         let last = pulses.iter().rev().find(|p| servos_on(p)).unwrap();
         let value = amplitude(1.5).value();
@@ -108,11 +115,11 @@ fn a_walk_of_no_frames_takes_the_first_pose_and_finishes() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
 
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(0), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(0), detached: true, dry_run: false });
     robot.run_until(State::Holding);
     robot.run_until(State::Idle);
 
-    assert!(robot.events().any(|event| event == Event::WalkFinished));
+    assert!(robot.events().any(|event| event == Event::WalkEnded(WalkEnd::Finished)));
 }
 
 #[test]
@@ -122,7 +129,7 @@ fn entry_starts_at_neutral_and_never_exceeds_the_speed_bound() {
     robot.upload(&gait, amplitude(3.0), false);
     robot.take_pulses();
 
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     robot.run_until(State::Walking);
     robot.run_frames(1);
 
@@ -159,7 +166,7 @@ fn a_walk_after_a_stop_enters_from_where_it_stands() {
     robot.run_frames(10);
     robot.take_pulses();
 
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     robot.run_until(State::Walking);
 
     let pulses = robot.take_pulses();
@@ -207,7 +214,7 @@ fn an_amplitude_outside_the_limits_is_refused_everywhere() {
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
 
     assert_eq!(robot.ask(Command::SetAmplitude(wild)), Reply::Refused(Refusal::Amplitude));
-    let walk = Command::Walk { amplitude: Some(wild), frames: None, detached: true };
+    let walk = Command::Walk { amplitude: Some(wild), frames: None, detached: true, dry_run: false };
     assert_eq!(robot.ask(walk), Reply::Refused(Refusal::Amplitude));
     let commit = Command::UploadCommit { amplitude: wild, persist: false };
     assert_eq!(robot.ask(commit), Reply::Refused(Refusal::Amplitude));
@@ -231,7 +238,7 @@ fn joints_are_held_at_their_limits_and_the_frames_are_counted() {
     let mut robot = SimRobot::new();
     robot.upload(&gait, amplitude(2.2), false);
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(72), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(72), detached: true, dry_run: false });
     robot.take_pulses();
 
     robot.run_until(State::Idle);
@@ -266,7 +273,7 @@ fn no_angle_whatever_leaves_the_servos_reach() {
 fn a_gait_uploaded_while_walking_is_entered_slowly_and_the_count_goes_on() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true, dry_run: false });
     robot.run_until(State::Walking);
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
     robot.run_frames(50);
@@ -288,7 +295,7 @@ fn a_gait_uploaded_while_walking_is_entered_slowly_and_the_count_goes_on() {
 #[test]
 fn walking_is_refused_with_the_reason() {
     let mut robot = SimRobot::new();
-    let walk = Command::Walk { amplitude: None, frames: None, detached: true };
+    let walk = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
 
     let without_gait = robot.ask(walk);
     robot.upload(&fixtures::trot(), amplitude(1.0), false);

@@ -13,7 +13,12 @@ fn streaming() -> SimRobot {
 }
 
 fn walk(robot: &mut SimRobot, frames: u32) -> Telemetry {
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(frames), detached: true });
+    robot.expect_done(Command::Walk {
+        amplitude: None,
+        frames: Some(frames),
+        detached: true,
+        dry_run: false,
+    });
     robot.run_until(State::Holding);
     robot.run_frames(3);
     robot.telemetry().last().unwrap()
@@ -59,7 +64,7 @@ fn energy_below_a_microjoule_is_carried_from_frame_to_frame() {
 fn energy_counts_gait_frames_only() {
     let mut robot = streaming();
     robot.board.set_supply(BUS_V, 0.4);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(60), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(60), detached: true, dry_run: false });
 
     robot.run_frames(5);
     let entering = robot.telemetry().last().unwrap();
@@ -91,7 +96,7 @@ fn a_second_trial_starts_from_zero() {
 #[test]
 fn energy_follows_a_changing_load_to_within_a_sample() {
     let mut robot = streaming();
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true, dry_run: false });
     robot.run_until(State::Walking);
     let mut expected_uj = 0.0;
     while robot.state() == State::Walking {
@@ -113,7 +118,7 @@ fn energy_follows_a_changing_load_to_within_a_sample() {
 fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
     let mut robot = streaming();
     robot.board.set_supply(BUS_V, 0.4);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true, dry_run: false });
     robot.run_until(State::Walking);
     robot.run_frames(20);
 
@@ -132,7 +137,7 @@ fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
 fn a_saturated_sensor_is_counted_and_not_believed() {
     let mut robot = streaming();
     robot.board.set_supply(BUS_V, 0.4);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true, dry_run: false });
     robot.run_until(State::Walking);
     robot.run_frames(20);
 
@@ -154,7 +159,7 @@ fn a_saturated_sensor_is_counted_and_not_believed() {
 #[test]
 fn a_sensor_saturated_now_and_then_is_no_lost_sensor() {
     let mut robot = streaming();
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     robot.run_until(State::Walking);
 
     for _ in 0..15 {
@@ -173,7 +178,12 @@ fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
     for stopped_after in [None, Some(70)] {
         let mut robot = streaming();
         robot.board.set_supply(BUS_V, 0.4);
-        robot.expect_done(Command::Walk { amplitude: None, frames: stopped_after, detached: true });
+        robot.expect_done(Command::Walk {
+            amplitude: None,
+            frames: stopped_after,
+            detached: true,
+            dry_run: false,
+        });
         robot.run_until(State::Walking);
         if stopped_after.is_none() {
             robot.run_frames(70);
@@ -197,7 +207,7 @@ fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
 fn a_braking_servo_that_feeds_the_supply_is_subtracted() {
     let mut robot = streaming();
     robot.board.set_supply(BUS_V, 0.4);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true, dry_run: false });
     robot.run_until(State::Walking);
     robot.run_frames(61);
     let before = robot.telemetry().last().unwrap();
@@ -233,14 +243,14 @@ fn telemetry_comes_as_often_as_asked_and_stops() {
 #[test]
 fn a_flood_of_commands_is_answered_in_full_between_whole_telemetry_frames() {
     let mut robot = streaming();
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     let answered = robot.answers();
 
     // 8 questions at once fill the ring back for 3 frames.
     let mut asked = 0;
     for _ in 0..30 {
         for _ in 0..8 {
-            let frame = robot.framed(Command::ReadGait { offset: 0 });
+            let frame = robot.framed(Command::Read { record: protocol::command::Record::Gait, offset: 0 });
             robot.send(&frame);
             asked += 1;
         }

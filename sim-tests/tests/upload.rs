@@ -58,9 +58,9 @@ fn an_upload_is_active_at_once_and_reads_back() {
 fn read_back(robot: &mut SimRobot) -> Vec<u8> {
     let mut bytes = Vec::new();
     loop {
-        match robot.ask(Command::ReadGait { offset: bytes.len() as u16 }) {
-            Reply::GaitChunk(chunk) if chunk.as_slice().is_empty() => return bytes,
-            Reply::GaitChunk(chunk) => bytes.extend_from_slice(chunk.as_slice()),
+        match robot.ask(Command::Read { record: protocol::command::Record::Gait, offset: bytes.len() as u16 }) {
+            Reply::Piece(chunk) if chunk.as_slice().is_empty() => return bytes,
+            Reply::Piece(chunk) => bytes.extend_from_slice(chunk.as_slice()),
             other => panic!("a piece of the gait was asked for, not {other:?}"),
         }
     }
@@ -162,7 +162,7 @@ fn saving_goes_on_while_walking_and_moves_no_pulse() {
     let mut undisturbed = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(2.2), true);
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true });
+    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
     robot.run_until(State::Walking);
     assert_eq!(robot.status().storage, Storage::Saving);
 

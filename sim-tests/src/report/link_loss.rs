@@ -10,7 +10,7 @@ use super::rig::{Firmware, Rig, RigError};
 use crate::devices::pca9685::Burst;
 use crate::nano::{CLOCK_HZ, seconds};
 use protocol::frame::{self, MAX_FRAME_LEN, Request};
-use protocol::{Command, Event, LINK_TIMEOUT_FRAMES, Message, State};
+use protocol::{Command, Event, LINK_TIMEOUT_FRAMES, Message, State, WalkEnd};
 
 /// Servos that move for so long after the last byte do not stop.
 const PATIENCE_S: f64 = 3.0;
@@ -62,7 +62,8 @@ pub fn silence_after(
     let end_s = rig.robot.now_s();
     let in_ms = |at_s: f64| (at_s - seconds(last_byte)) * 1e3;
     let limp = after.iter().find(|burst| burst.counts.iter().all(Option::is_none));
-    let is_loss = |(_, message): &(u64, Message)| *message == Message::Event(Event::LinkLost);
+    let is_loss =
+        |(_, message): &(u64, Message)| *message == Message::Event(Event::WalkEnded(WalkEnd::LinkLost));
     Ok(Silence {
         // Half a second without a change is a stop, not a slow gait.
         still_ms: still.filter(|at_s| end_s - at_s > 0.5).map(in_ms),
@@ -90,7 +91,7 @@ pub fn attached_walk(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
     for moment in 0..MOMENTS {
         let mut rig = Rig::started(firmware)?;
         rig.upload(false)?;
-        let walk = Command::Walk { amplitude: None, frames: None, detached: false };
+        let walk = Command::Walk { amplitude: None, frames: None, detached: false, dry_run: false };
         rig.client.expect_done(&mut rig.robot, walk)?;
         rig.wait_for(State::Walking)?;
         rig.client.run_for(&mut rig.robot, f64::from(moment) / f64::from(MOMENTS) * FRAME_S)?;

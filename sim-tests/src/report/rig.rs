@@ -164,8 +164,10 @@ impl Rig {
     /// [`RigError`] if it does not walk.
     pub fn walk_on(&mut self) -> Result<(), RigError> {
         self.client.expect_done(&mut self.robot, Command::StreamTelemetry { every_frames: 1 })?;
-        self.client
-            .expect_done(&mut self.robot, Command::Walk { amplitude: None, frames: None, detached: true })?;
+        self.client.expect_done(
+            &mut self.robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )?;
         self.wait_for(State::Walking)
     }
 

@@ -12,7 +12,9 @@ use sim_tests::virtual_robot::VirtualRobot;
 
 fn walk(robot: &mut VirtualRobot, client: &mut Client) {
     client.upload(robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
-    client.expect_done(robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(robot, Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false })
+        .unwrap();
     wait_for(robot, client, State::Walking, 5.0);
 }
 

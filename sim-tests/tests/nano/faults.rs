@@ -3,7 +3,7 @@
 use super::support::*;
 use host::robot::Robot;
 use protocol::command::Storage;
-use protocol::{Command, Event, Fault, Message, Refusal, Reply, ResetCause, State};
+use protocol::{Command, Event, Fault, Message, Refusal, Reply, ResetCause, State, WalkEnd};
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::devices::Chip;
@@ -46,7 +46,12 @@ fn a_saved_gait_survives_reset_and_power_cycle_and_one_in_ram_does_not() {
 fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them_off() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().reset(CLOCK_HZ);
@@ -61,7 +66,12 @@ fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them
 fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().brown_out();
@@ -78,7 +88,12 @@ fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
 fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().bus_mut().unplug(Chip::Ina219);
@@ -93,7 +108,12 @@ fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
 fn a_sensor_that_lost_its_configuration_is_noticed() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     let configured = robot.nano().bus().ina219.configuration();
 
@@ -111,7 +131,12 @@ fn a_sensor_that_lost_its_configuration_is_noticed() {
 fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     robot.nano_mut().bus_mut().set_stuck(true);
@@ -134,7 +159,12 @@ fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
 fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
     for clocks in [1, 9] {
@@ -154,7 +184,12 @@ fn a_chip_that_holds_the_data_line_is_clocked_free_and_the_walk_goes_on() {
 fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     client.run_for(&mut robot, 2.0).unwrap();
 
@@ -183,7 +218,7 @@ fn frames_on(nominal_v: f64, resistance_ohm: f64, servo_w: f64, fault: Fault) ->
     let mut client = Client::new();
     client.run_for(&mut robot, 0.3).unwrap();
     client.upload(&mut robot, &fixtures::medley().table(), amplitude(1.0), false).unwrap();
-    let walk = Command::Walk { amplitude: None, frames: None, detached: true };
+    let walk = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
     client.expect_done(&mut robot, walk).unwrap();
     robot.take_bursts();
 
@@ -223,7 +258,7 @@ fn an_empty_battery_is_told_before_anything_moves() {
     client.run_for(&mut robot, 0.3).unwrap();
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
 
-    let walk = Command::Walk { amplitude: None, frames: None, detached: true };
+    let walk = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
     let reply = client.ask(&mut robot, walk).unwrap();
 
     // What the electronics draw costs it a few millivolts.
@@ -238,7 +273,7 @@ fn an_attached_walk_without_a_host_stops_within_a_second() {
     let (mut robot, mut client) = on_the_bench();
     let gait = fixtures::medley();
     client.upload(&mut robot, &gait.table(), amplitude(2.2), false).unwrap();
-    let walk = Command::Walk { amplitude: None, frames: None, detached: false };
+    let walk = Command::Walk { amplitude: None, frames: None, detached: false, dry_run: false };
     client.expect_done(&mut robot, walk).unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     for _ in 0..12 {
@@ -258,5 +293,5 @@ fn an_attached_walk_without_a_host_stops_within_a_second() {
     assert!(silent_s > 0.9 && silent_s <= 1.0 + 2.0 / 60.0, "{silent_s} s");
     assert!(!robot.nano().bus().pca9685.drives_any(), "limp in the end");
     client.run_for(&mut robot, 0.05).unwrap();
-    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::LinkLost)));
+    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::WalkEnded(WalkEnd::LinkLost))));
 }

@@ -10,7 +10,9 @@ mod support;
 use host::robot::Robot;
 use host::sim::World;
 use protocol::command::Storage;
-use protocol::{Command, Event, FRAME_RATE_HZ, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State};
+use protocol::{
+    Command, Event, FRAME_RATE_HZ, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd,
+};
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::fixtures::{self, amplitude};
@@ -62,14 +64,19 @@ fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
     // Saved meanwhile, and asked for: the frames must not care.
     client.upload(&mut robot, &gait.table(), amplitude(2.2), true).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     // The outputs follow a frame after the state.
     client.run_for(&mut robot, 0.05).unwrap();
     robot.take_bursts();
 
     for part in 0..40 {
-        client.ask(&mut robot, Command::ReadGait { offset: 64 * (part % 5) }).unwrap();
+        client.ask(&mut robot, Command::Read { record: protocol::command::Record::Gait, offset: 64 * (part % 5) }).unwrap();
         client.run_for(&mut robot, gait.period_s / 20.0).unwrap();
     }
 
@@ -115,12 +122,15 @@ fn a_walk_of_n_frames_plays_n_frames_and_ends_limp() {
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
     client
-        .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(90), detached: true })
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: Some(90), detached: true, dry_run: false },
+        )
         .unwrap();
 
     client.run_for(&mut robot, 8.0).unwrap();
 
-    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::WalkFinished)));
+    assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::WalkEnded(WalkEnd::Finished))));
     let (_, last) = client.telemetry().next_back().unwrap();
     assert_eq!((last.trial_frames, last.state), (90, State::Idle));
     assert!(!robot.nano().bus().pca9685.drives_any());
@@ -131,7 +141,12 @@ fn amplitude_changes_while_walking_without_a_jump() {
     let gait = fixtures::trot();
     let (mut robot, mut client) = on_the_bench();
     client.upload(&mut robot, &gait.table(), amplitude(1.0), false).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     robot.take_bursts();
 
@@ -163,7 +178,10 @@ fn energy_over_12_s_of_walking_is_within_2_per_cent_of_the_batterys() {
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(2.2), false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
     client
-        .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(FRAMES), detached: true })
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: Some(FRAMES), detached: true, dry_run: false },
+        )
         .unwrap();
     client.run_for(&mut robot, 18.0).unwrap();
     let truth = robot.take_truth();
@@ -200,7 +218,10 @@ fn equal_inputs_give_equal_runs() {
         client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.5), true).unwrap();
         client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
         client
-            .expect_done(&mut robot, Command::Walk { amplitude: None, frames: Some(60), detached: true })
+            .expect_done(
+                &mut robot,
+                Command::Walk { amplitude: None, frames: Some(60), detached: true, dry_run: false },
+            )
             .unwrap();
         client.run_for(&mut robot, 4.0).unwrap();
         (robot.take_truth(), robot.take_bursts(), client.heard().to_vec())

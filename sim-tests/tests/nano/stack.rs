@@ -25,13 +25,18 @@ fn the_deepest_stack_stays_clear_of_the_data() {
     // while walking, telemetry in every frame.
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(1.0), true).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
-    client.expect_done(&mut robot, Command::Walk { amplitude: None, frames: None, detached: true }).unwrap();
+    client
+        .expect_done(
+            &mut robot,
+            Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false },
+        )
+        .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
     client.run_for(&mut robot, 1.5).unwrap();
     client.upload(&mut robot, &table, amplitude(2.2), true).unwrap();
     client.ask(&mut robot, hello()).unwrap();
     for offset in [0, 64, 128, 192] {
-        client.ask(&mut robot, Command::ReadGait { offset }).unwrap();
+        client.ask(&mut robot, Command::Read { record: protocol::command::Record::Gait, offset }).unwrap();
     }
     client.expect_done(&mut robot, Command::SetAmplitude(amplitude(1.5))).unwrap();
     client.run_for(&mut robot, 1.5).unwrap();
@@ -39,7 +44,7 @@ fn the_deepest_stack_stays_clear_of_the_data() {
     for (chip, fault) in [(Chip::Ina219, Fault::SensorLost), (Chip::Pca9685, Fault::ServoDriverLost)] {
         robot.nano_mut().bus_mut().unplug(chip);
         wait_for(&mut robot, &mut client, State::Fault(fault), 3.0);
-        let walk = Command::Walk { amplitude: None, frames: Some(30), detached: true };
+        let walk = Command::Walk { amplitude: None, frames: Some(30), detached: true, dry_run: false };
         client.ask(&mut robot, Command::ClearFault).unwrap();
         client.ask(&mut robot, walk).unwrap();
         robot.nano_mut().bus_mut().replug(chip);
