@@ -27,7 +27,9 @@ mod walks;
 use heapless::Deque;
 use protocol::command::{CalibrationSource, Storage};
 use protocol::gait::Encoded;
-use protocol::{Amplitude, Calibration, Event, Fault, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd};
+use protocol::{
+    Amplitude, Calibration, Event, Fault, GAIT_SLOTS, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd,
+};
 
 use crate::hal::{Board, Bus, FrameClock, Panel, SerialRing, Watchdog};
 use crate::link::{self, Heard, Link, Message};
@@ -304,9 +306,10 @@ impl App {
     }
 
     fn load_start_gait(&mut self, board: &mut impl Board) {
-        let start = self.store.start_slot(board.memory());
-        for slot in [start, 0, 1, 2] {
-            if self.load_gait(board, slot).is_ok() {
+        // Slots as long as they go around: the first one, then the others.
+        let start = self.store.start_slot(board.memory()).unwrap_or(0);
+        for next in 0..GAIT_SLOTS {
+            if self.load_gait(board, (start + next) % GAIT_SLOTS).is_ok() {
                 return;
             }
         }
@@ -335,7 +338,7 @@ impl App {
         let record;
         let payload: &[u8] = match self.store.saving() {
             None => return,
-            Some(Kind::Gait) => self.gait.bytes(),
+            Some(Kind::Gait | Kind::Start) => self.gait.bytes(),
             Some(Kind::Calibration) => self.calibration.bytes(),
             Some(Kind::Trial) => {
                 record = self.trial_record();
@@ -348,7 +351,7 @@ impl App {
             Kind::Gait if verified && self.storage == Storage::Saving => self.storage = Storage::Saved,
             Kind::Gait if !verified => self.storage = Storage::Failed,
             Kind::Calibration if !verified => self.calibration_source = CalibrationSource::NotSaved,
-            Kind::Gait | Kind::Calibration | Kind::Trial => {}
+            Kind::Gait | Kind::Start | Kind::Calibration | Kind::Trial => {}
         }
     }
 

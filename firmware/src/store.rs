@@ -11,8 +11,8 @@
 //! |---|---|---|
 //! | 0, 271, 542 | gait | mark, amplitude (2), length (2), encoding (264), CRC-16 (2) |
 //! | 813, 900 | calibration | mark, record (84), CRC-16 (2) |
-//! | 987 | gait to start with | 0 to 2 |
-//! | 988 | last trial | mark, record (23), CRC-16 (2) |
+//! | 987 | gait to start with | two of its bits, by the place's number; then the one before |
+//! | 989 | last trial | mark, record (23), CRC-16 (2) |
 //!
 //! Bytes that are right already are not written again: each takes 3.4 ms and
 //! wears.
@@ -34,10 +34,10 @@ pub const GAIT_PLACE_LEN: u16 = 1 + GAIT_HEAD_LEN + MAX_ENCODED_LEN as u16 + CRC
 pub const CALIBRATION_PLACES: [u16; 2] =
     [GAIT_SLOTS as u16 * GAIT_PLACE_LEN, GAIT_SLOTS as u16 * GAIT_PLACE_LEN + CALIBRATION_PLACE_LEN];
 const CALIBRATION_PLACE_LEN: u16 = 1 + CALIBRATION_LEN as u16 + CRC_LEN;
-/// Where the number of the first gait stands.
+/// Where it stands which gait to start with; behind it, which it was before.
 pub const START_PLACE: u16 = CALIBRATION_PLACES[1] + CALIBRATION_PLACE_LEN;
 /// Where the trial starts.
-pub const TRIAL_PLACE: u16 = START_PLACE + 1;
+pub const TRIAL_PLACE: u16 = START_PLACE + 2;
 const _: () = assert!(TRIAL_PLACE + 1 + TRIAL_LEN as u16 + CRC_LEN <= 1024);
 /// The name within an encoding.
 const NAME: u16 = 1;
@@ -52,6 +52,8 @@ const VOID: u8 = 0x00;
 pub enum Kind {
     /// The active gait.
     Gait = 1,
+    /// Which gait to start with.
+    Start,
     /// The calibration in use.
     Calibration,
     /// The trial that ended last.
@@ -84,6 +86,7 @@ enum Step {
     Verify,
     Mark,
     Marked,
+    KeepStart,
     Start,
     /// Gives up this place, if it holds what was replaced.
     Replaced(u8),
@@ -99,6 +102,12 @@ impl Default for Store {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// What stands for `slot`: a byte whose writing was cut short has some of its
+/// zeros missing, and is no other slot's.
+const fn start_code(slot: u8) -> u8 {
+    3 << (2 * slot)
 }
 
 const fn gait_place(slot: u8) -> u16 {
@@ -144,9 +153,12 @@ impl Store {
         is_intact.then_some((amplitude, len)).ok_or(Refusal::NoSuchGait)
     }
 
-    /// The slot of the gait to start with; it may be empty.
-    pub fn start_slot(&self, memory: &mut impl PersistentMemory) -> u8 {
-        memory.read(START_PLACE)
+    /// The slot of the gait to start with, or else the one before; it may be empty.
+    pub fn start_slot(&self, memory: &mut impl PersistentMemory) -> Option<u8> {
+        [START_PLACE, START_PLACE + 1].into_iter().find_map(|at| {
+            let code = memory.read(at);
+            (0..GAIT_SLOTS).find(|&slot| start_code(slot) == code)
+        })
     }
 
     /// What is in `slot`.
@@ -165,14 +177,12 @@ impl Store {
         }
         let Some((amplitude, _)) = gait_head(memory, slot) else { return Ok(None) };
         let name = name_at(memory, slot);
-        Ok(Some(StoredGait { name, amplitude, at_start: memory.read(START_PLACE) == slot }))
+        Ok(Some(StoredGait { name, amplitude, at_start: memory.read(START_PLACE) == start_code(slot) }))
     }
 
-    /// Makes the gait in `slot` the one to start with.
-    pub fn set_start(&self, memory: &mut impl PersistentMemory, slot: u8) {
-        if memory.read(START_PLACE) != slot {
-            memory.write(START_PLACE, slot);
-        }
+    /// Makes the gait in `slot` the one to start with; only after [`Self::load_gait`].
+    pub fn set_start(&mut self, slot: u8) {
+        self.begin(Kind::Start, slot, [0; GAIT_HEAD_LEN as usize], &[]);
     }
 
     /// Gives up the gait in `slot`.
@@ -238,6 +248,9 @@ impl Store {
     fn begin(&mut self, kind: Kind, slot: u8, head: [u8; GAIT_HEAD_LEN as usize], payload: &[u8]) {
         let mut job = Job { kind, slot, head, len: payload.len() as u16, crc: 0, step: Step::Void };
         job.crc = crc_of(&head[..usize::from(job.head_len())], payload);
+        if kind == Kind::Start {
+            job.step = Step::KeepStart;
+        }
         self.job = Some(job);
     }
 
@@ -288,11 +301,17 @@ impl Store {
                 } else if job.kind == Kind::Trial {
                     ended = Some(true);
                 }
-                if job.kind == Kind::Gait { Step::Start } else { Step::Replaced(0) }
+                if job.kind == Kind::Gait { Step::KeepStart } else { Step::Replaced(0) }
+            }
+            Step::KeepStart => {
+                let code = memory.read(START_PLACE);
+                memory.write(START_PLACE + 1, code);
+                Step::Start
             }
             Step::Start => {
-                if memory.read(START_PLACE) != job.slot {
-                    memory.write(START_PLACE, job.slot);
+                memory.write(START_PLACE, start_code(job.slot));
+                if job.kind == Kind::Start {
+                    ended = Some(true);
                 }
                 Step::Replaced(0)
             }
@@ -330,7 +349,7 @@ impl Job {
 
     const fn place_of(&self, slot: u8) -> u16 {
         match self.kind {
-            Kind::Gait => gait_place(slot),
+            Kind::Gait | Kind::Start => gait_place(slot),
             Kind::Calibration => CALIBRATION_PLACES[0] + slot as u16 * CALIBRATION_PLACE_LEN,
             Kind::Trial => TRIAL_PLACE,
         }

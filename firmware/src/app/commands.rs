@@ -194,7 +194,7 @@ impl App {
             return Err(Refusal::AlreadyWalking);
         }
         self.load_gait(board, slot)?;
-        self.store.set_start(board.memory(), slot);
+        self.store.set_start(slot);
         self.player.replace(&self.gait, self.amplitude);
         Ok(())
     }
