@@ -16,6 +16,7 @@ pub mod fit;
 pub mod gait_file;
 pub mod joint_map;
 pub mod link;
+pub mod playable;
 #[cfg(feature = "train")]
 pub mod record;
 pub mod robot;

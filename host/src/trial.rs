@@ -7,25 +7,21 @@
 //! telemetry costs nothing. Refuses to call a trial whole that was not.
 
 pub mod clock;
+mod follow;
 pub mod table;
 
 use crate::link::{Heard, Link, LinkError, words};
 use protocol::{
-    Amplitude, Command, Event, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, Refusal, Speed, State,
-    Telemetry, WalkEnd,
+    Amplitude, Command, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, Refusal, Speed, State, Telemetry,
+    WalkEnd,
 };
 use std::io::{Read, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant, UNIX_EPOCH};
 use thiserror::Error;
 
 /// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
 const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
-/// Without telemetry for this long the robot is asked how it is.
-const SILENCE: Duration = Duration::from_secs(2);
-/// A robot stops by itself after [`protocol::LINK_TIMEOUT_FRAMES`] without a
-/// command, 1 s: three of four may get lost.
-const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
 /// An order to stop, or to leave a fault, is carried out within a frame or two.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 /// How often the user's wish to stop is looked at.
@@ -236,7 +232,8 @@ pub fn walk<P: Read + Write>(
     let mut trial = Trial { samples: Vec::new(), stop: None };
     // A walk that has begun is told to stop, whatever fails from here on.
     let begun = begin(link, speed).map_err(|source| TrialStop::Link { source });
-    trial.stop = begun.and_then(|()| follow(link, &mut trial.samples, frames, stop, &mut watcher)).err();
+    trial.stop =
+        begun.and_then(|()| follow::follow(link, &mut trial.samples, frames, stop, &mut watcher)).err();
     if let Some(
         TrialStop::Interrupted | TrialStop::Entry | TrialStop::Stuck { .. } | TrialStop::Link { .. },
     ) = trial.stop
@@ -270,94 +267,6 @@ fn stop_now<P: Read + Write>(link: &mut Link<P>, samples: &mut Vec<Sample>) {
                 return;
             }
         }
-    }
-}
-
-fn follow<P: Read + Write>(
-    link: &mut Link<P>,
-    samples: &mut Vec<Sample>,
-    frames: Option<u32>,
-    stop: &AtomicBool,
-    watcher: &mut impl Watcher,
-) -> Result<(), TrialStop> {
-    let broken = |source| TrialStop::Link { source };
-    let begin = Instant::now();
-    let timeout = |frames: u32| 1.5 * f64::from(frames) / f64::from(FRAME_RATE_HZ) + 5.0;
-    let walk_timeout = frames.map_or(Duration::MAX, |frames| Duration::from_secs_f64(timeout(frames)));
-    let mut walking_since = None;
-    let mut last_heard = begin;
-    let mut last_asked = begin;
-    loop {
-        if stop.load(Ordering::Relaxed) {
-            return Err(TrialStop::Interrupted);
-        }
-        let played = samples.last().map_or(0, |s| s.telemetry.trial_frames);
-        match walking_since {
-            None if begin.elapsed() > ENTRY_TIMEOUT => return Err(TrialStop::Entry),
-            Some(since) if last_heard.duration_since(since) > walk_timeout => {
-                return Err(TrialStop::Stuck { frames: played, asked: frames });
-            }
-            _ => {}
-        }
-        if last_heard.elapsed() > SILENCE {
-            // Either it is gone, which the error tells, or its stream was lost with a reset of the setting.
-            link.status().map_err(broken)?;
-            link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)?;
-            last_heard = Instant::now();
-        }
-        if last_asked.elapsed() >= HEARTBEAT_EVERY {
-            last_asked = Instant::now();
-            link.status().map_err(broken)?;
-        }
-        if let Some(wish) = watcher.wish() {
-            last_asked = Instant::now();
-            match link.order(wish) {
-                Ok(()) => watcher.granted(wish, None),
-                Err(LinkError::Refused { refusal, .. }) => watcher.granted(wish, Some(refusal)),
-                Err(source) => return Err(TrialStop::Link { source }),
-            }
-        }
-        let Some(heard) = link.next_unasked(Instant::now() + LOOK_EVERY).map_err(broken)? else { continue };
-        last_heard = Instant::now();
-        match heard.message {
-            Message::Event(Event::Fault(fault)) => return Err(TrialStop::Fault { fault }),
-            Message::Event(Event::WalkEnded(end)) => ended(end, samples, frames)?,
-            Message::Telemetry(telemetry) => {
-                samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
-                watcher.progress(telemetry.state, telemetry.trial_frames);
-                if telemetry.trial_frames > 0 {
-                    walking_since.get_or_insert(last_heard);
-                }
-                if is_over(&telemetry, frames)? {
-                    return Ok(());
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-/// What the robot's word on the end of its walk means for the trial.
-fn ended(end: WalkEnd, samples: &[Sample], asked: Option<u32>) -> Result<(), TrialStop> {
-    let frames = samples.last().map_or(0, |s| s.telemetry.trial_frames);
-    match end {
-        // The counters of the last frame are still on their way.
-        WalkEnd::Finished => Ok(()),
-        WalkEnd::LinkLost => Err(TrialStop::LinkLost),
-        WalkEnd::Fault(fault) => Err(TrialStop::Fault { fault }),
-        end => Err(TrialStop::Ended { end, frames, asked }),
-    }
-}
-
-/// Whether the counters are those of the whole trial.
-fn is_over(telemetry: &Telemetry, frames: Option<u32>) -> Result<bool, TrialStop> {
-    match telemetry.state {
-        State::Fault(fault) => Err(TrialStop::Fault { fault }),
-        _ if frames.is_some_and(|frames| telemetry.trial_frames >= frames) => Ok(true),
-        // The order to walk was answered before this sample was taken; the
-        // player is one frame ahead of its counters, so only idle means over.
-        State::Idle => Err(TrialStop::Early { frames: telemetry.trial_frames, asked: frames }),
-        _ => Ok(false),
     }
 }
 

@@ -2,80 +2,13 @@
 //! that fails on request at its other end. Linux only: the terminal is.
 #![cfg(target_os = "linux")]
 
+mod bench_host;
 mod fake_robot;
 
-use assert_cmd::Command;
-use fake_robot::bench::Bench;
+use bench_host::{Setting, fails, gait, json};
 use fake_robot::{FakeRobot, Troubles};
-use host::gait_file::{GaitFile, JointSeries, Provenance, Source};
-use protocol::{Joint, State};
+use protocol::State;
 use std::time::{Duration, Instant};
-
-fn gait(name: &str) -> GaitFile {
-    let mut coefficients_deg = [0.0; 11];
-    coefficients_deg[2] = 10.0;
-    let series = JointSeries { min_deg: -55.0, max_deg: 55.0, coefficients_deg, ..Default::default() };
-    GaitFile {
-        name: name.into(),
-        period_s: 0.6,
-        unit_deg: 24.0,
-        provenance: Provenance::of(Source::Trained),
-        joints: Joint::ALL.map(|_| series.clone()),
-    }
-}
-
-/// A robot with an old gait, and a folder with a new one.
-struct Setting {
-    folder: tempfile::TempDir,
-    bench: Bench,
-}
-
-impl Setting {
-    fn new(troubles: Troubles) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        gait("new").save(&folder.path().join("gait.toml")).unwrap();
-        let robot = FakeRobot::with_gait(troubles, &gait("old").encoded().unwrap(), 1.0);
-        Self { folder, bench: Bench::new(robot) }
-    }
-
-    fn host(&self, args: &[&str]) -> Command {
-        let mut command = Command::cargo_bin("host").unwrap();
-        command.current_dir(self.folder.path()).env("NO_COLOR", "1");
-        command.args(args).args(["--port", &self.bench.port]).timeout(Duration::from_secs(60));
-        command
-    }
-
-    fn upload(&self) -> Command {
-        self.host(&["upload-gait", "--amp", "2.2", "--gait", "gait.toml", "--json"])
-    }
-
-    /// A trial, of 0.5 s if not said otherwise.
-    fn measure(&self, more: &[&str]) -> Command {
-        let duration: &[&str] = if more.contains(&"--duration") { &[] } else { &["--duration", "0.5"] };
-        self.host(&[&["measure", "--mass-kg", "1", "--out", ".", "--json"], duration, more].concat())
-    }
-
-    fn active_gait(&self) -> String {
-        self.bench.robot(|robot| robot.active.unwrap().name.as_str().to_owned())
-    }
-
-    fn trials(&self) -> Vec<csv::StringRecord> {
-        let mut reader = csv::Reader::from_path(self.folder.path().join("trials.csv")).unwrap();
-        reader.records().map(Result::unwrap).collect()
-    }
-}
-
-#[track_caller]
-fn fails(command: &mut Command, code: i32) -> String {
-    let assert = command.assert().code(code);
-    let text = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
-    text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
-}
-
-fn json(command: &mut Command) -> serde_json::Value {
-    let assert = command.assert().success();
-    serde_json::from_slice(&assert.get_output().stdout).unwrap()
-}
 
 #[test]
 fn a_gait_is_uploaded_verified_and_saved() {
@@ -256,7 +189,7 @@ fn an_amplitude_beyond_the_robots_own_gait_is_refused_before_it_walks() {
     let mut narrow = gait("narrow");
     narrow.joints[2].max_deg = 20.0;
     let robot = FakeRobot::with_gait(Troubles::default(), &narrow.encoded().unwrap(), 1.0);
-    let setting = Setting { folder: tempfile::tempdir().unwrap(), bench: Bench::new(robot) };
+    let setting = Setting::with(robot);
 
     let message = fails(&mut setting.measure(&["--distance", "1", "--amp", "2.5"]), 3);
 

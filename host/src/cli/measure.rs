@@ -8,12 +8,13 @@ mod distance;
 mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
-use super::upload_gait::{link_cause, unreachable_robot};
+use super::reach::{Port, interruptible, unreachable_robot};
 use super::{Cause, Failure};
-use crate::gait_file::limits::{LeavesLimits, as_typed};
+use crate::gait_file::limits::as_typed;
 use crate::gait_file::{GaitFile, gait_sha256};
-use crate::link::ports::{self, SerialLink};
+use crate::link::ports::SerialLink;
 use crate::link::{LinkError, words};
+use crate::playable::Playable;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::trial::table::{self, Row, TableError};
@@ -21,10 +22,9 @@ use crate::trial::{self, Order, TrialStop, clock};
 use distance::Source;
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::command::{ActiveGait, Record};
-use protocol::{Amplitude, FRAME_RATE_HZ, GaitTable, Refusal, State};
+use protocol::{Amplitude, FRAME_RATE_HZ, Refusal, State};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use thiserror::Error;
 
 /// Shortest and longest trial.
@@ -59,9 +59,8 @@ pub struct Args {
     /// Mass of the robot [default: from the run's robot.toml, else the Ant's]
     #[arg(long, value_name = "KG")]
     mass_kg: Option<f64>,
-    /// Serial port [default: the only Nano on USB]
-    #[arg(long, value_name = "PORT")]
-    port: Option<String>,
+    #[command(flatten)]
+    port: Port,
     /// Folder for trials.csv and the telemetry [default: the last run]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -78,12 +77,8 @@ enum MeasureError {
     NoDistance,
     #[error("no distance was entered; the trial is noted without one")]
     NoAnswer,
-    #[error("the robot's gait cannot be played at this amplitude")]
-    Limits { source: LeavesLimits },
     #[error("no telemetry of the trial arrived, so its place in the tracker's recording is unknown")]
     NoTelemetry,
-    #[error("cannot catch Ctrl-C")]
-    Signal { source: ctrlc::Error },
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
@@ -93,7 +88,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     table::load(&folder).map_err(unwritable)?;
     let mass_kg = mass_kg(&args, &folder)?;
 
-    let mut link = ports::connect(args.port.as_deref()).map_err(unreachable_robot)?;
+    let mut link = args.port.connect()?;
     let gait = Gait::on(&mut link, &args)?;
     let stop = interruptible()?;
     let bar = progress_bar(frames, args.json);
@@ -146,14 +141,9 @@ impl Gait {
         let Some(active) = status.gait else { return Err(unreachable_robot(no_gait)) };
         let bytes = link.read(Record::Gait).map_err(unreachable_robot)?;
         let amplitude = args.amplitude.and_then(Amplitude::from_f64).unwrap_or(active.amplitude);
-        if let (Some(asked), Ok(table), false) = (args.amplitude, GaitTable::decode(&bytes), args.clip) {
-            GaitFile::from_table(&table).check_limits(asked).map_err(|source| {
-                let help = match source.largest {
-                    Some(largest) => format!("the largest amplitude that fits is {largest}; or --clip"),
-                    None => "no amplitude fits; --clip holds joints at their limits".to_owned(),
-                };
-                failure_with_help(Cause::Input, MeasureError::Limits { source }, help)
-            })?;
+        if let (Some(asked), Ok(playable), false) = (args.amplitude, Playable::from_bytes(&bytes), args.clip)
+        {
+            playable.check_limits(asked).map_err(super::reach::beyond_limits)?;
         }
         Ok(Self { active, amplitude, sha256: gait_sha256(&bytes) })
     }
@@ -220,44 +210,13 @@ fn unwritable(error: TableError) -> Failure {
     }
 }
 
-/// Notes why the trial does not count, and what that means for the exit code.
+/// Notes why the trial does not count.
 fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
     row.reason = Some(match &stop {
         TrialStop::Link { source } => source.to_string(),
         other => other.to_string(),
     });
-    let help = match &stop {
-        TrialStop::Fault { fault } => format!("{}, {}", words::fault_help(*fault), words::CLEAR_FAULT),
-        TrialStop::Early { .. } | TrialStop::Stuck { .. } | TrialStop::Ended { .. } => {
-            "repeat the trial; see its telemetry".to_owned()
-        }
-        TrialStop::LinkLost => {
-            "check cable and port; was this computer asleep or overloaded? Repeat the trial".to_owned()
-        }
-        TrialStop::Entry => "is a leg caught? The robot was told to stop".to_owned(),
-        TrialStop::Link { source } => {
-            source.help().unwrap_or_else(|| "check cable and supply, and repeat the trial".to_owned())
-        }
-        TrialStop::Interrupted => return failure(Cause::Interrupted, stop),
-    };
-    let cause = match &stop {
-        TrialStop::Link { source } => link_cause(source),
-        _ => Cause::Robot,
-    };
-    failure_with_help(cause, stop, format!("{help}. The trial is noted as not valid"))
-}
-
-/// From now on, Ctrl-C asks the walk to stop; a second one ends the program.
-fn interruptible() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let asked = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(Cause::Interrupted as i32);
-        }
-    };
-    ctrlc::set_handler(asked).map_err(|source| failure(Cause::Machine, MeasureError::Signal { source }))?;
-    Ok(stop)
+    super::reach::stopped(stop, "repeat the trial. It is noted as not valid")
 }
 
 fn progress_bar(frames: u32, json: bool) -> ProgressBar {

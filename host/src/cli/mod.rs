@@ -8,12 +8,18 @@ mod output;
 mod demo;
 mod explain;
 mod fit;
+mod gaits;
 mod measure;
+mod reach;
 #[cfg(feature = "train")]
 mod record;
+mod set;
+mod status;
+mod stop;
 #[cfg(feature = "train")]
 mod train;
 mod upload_gait;
+mod walk;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -51,6 +57,16 @@ enum Command {
     UploadGait(upload_gait::Args),
     /// Walk a trial and compute cost of transport and speed
     Measure(measure::Args),
+    /// Let the robot walk, attached or by itself
+    Walk(walk::Args),
+    /// Tell what the robot is doing, and leave a fault
+    Status(status::Args),
+    /// Change a detached walk: amplitude, speed, pause
+    Set(set::Args),
+    /// Stop the robot
+    Stop(stop::Args),
+    /// List, select and erase the gaits that the robot stores
+    Gaits(gaits::Args),
     /// All of it, against the virtual robot
     #[cfg(feature = "train")]
     Demo(demo::Args),
@@ -119,6 +135,11 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Fit(args) => fit::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),
+        Command::Walk(args) => walk::run(args),
+        Command::Status(args) => status::run(args),
+        Command::Set(args) => set::run(args),
+        Command::Stop(args) => stop::run(args),
+        Command::Gaits(args) => gaits::run(args),
         #[cfg(feature = "train")]
         Command::Demo(args) => demo::run(args),
     };

@@ -4,10 +4,10 @@
 //! words; the transfer is [`crate::upload`]'s.
 
 use super::explain::{failure, failure_with_help, path_text};
+use super::reach::{Port, link_cause};
 use super::{Cause, Failure};
 use crate::gait_file::limits::{LeavesLimits, as_typed};
 use crate::gait_file::{GaitFile, GaitFileError, gait_sha256};
-use crate::link::{LinkError, ports};
 use crate::run_folder;
 use crate::upload::{self, Stage, UploadError, Uploaded};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -29,10 +29,9 @@ pub struct Args {
     /// The gait: a readable file, or the bytes of a table (.bin) [default: that of the last run]
     #[arg(long, value_name = "FILE")]
     gait: Option<PathBuf>,
-    /// Serial port [default: the only Nano on USB]
-    #[arg(long, value_name = "PORT")]
-    port: Option<String>,
-    /// Keep it in RAM only: gone at the next reset, which the next opening of the port is
+    #[command(flatten)]
+    port: Port,
+    /// Keep it in RAM only: gone at the next reset
     #[arg(long)]
     ram: bool,
     /// Play a gait that leaves the joint limits, held at the limits
@@ -64,7 +63,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let table = gait.encoded().map_err(|e| failure(Cause::Input, e))?;
     let clipped_share = clipped_share(&args, &path, &gait)?;
 
-    let mut link = ports::connect(args.port.as_deref()).map_err(unreachable_robot)?;
+    let mut link = args.port.connect()?;
     let bar = progress_bar(table.len(), args.json);
     let outcome = upload::upload(&mut link, &table, amplitude, !args.ram, |stage, sent| {
         bar.set_message(words_of(stage));
@@ -93,8 +92,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     } else {
         print_words(&uploaded, &sha256, table.len(), clipped_share);
         if uploaded.storage == Storage::Saved {
-            let named = args.port.map_or(String::new(), |port| format!(" --port {port}"));
-            println!("Next: cargo run -p host -- measure{named}");
+            println!("Next: cargo run -p host -- measure{}", args.port.as_flag());
         }
     }
     Ok(())
@@ -120,7 +118,7 @@ fn print_words(uploaded: &Uploaded, sha256: &str, len: usize, clipped_share: f64
         ),
         _ => println!(
             "{len} bytes transferred and verified in {transfer_ms} ms; in RAM only: \
-             opening the port again resets the robot and brings back the gait saved before"
+             the next reset brings back the gait saved before"
         ),
     }
 }
@@ -154,19 +152,6 @@ fn unreadable(error: GaitFileError) -> Failure {
         GaitFileError::Parse { .. } | GaitFileError::Unusable { .. } => "write it anew with `host fit`",
     };
     failure_with_help(Cause::Input, error, help)
-}
-
-/// What a link error means for the exit code.
-pub(super) fn link_cause(error: &LinkError) -> Cause {
-    if error.is_robots_word() { Cause::Robot } else { Cause::Link }
-}
-
-pub(super) fn unreachable_robot(error: LinkError) -> Failure {
-    let cause = link_cause(&error);
-    match error.help() {
-        Some(help) => failure_with_help(cause, error, help),
-        None => failure(cause, error),
-    }
 }
 
 fn failed(error: UploadError) -> Failure {

@@ -1,10 +1,18 @@
 //! Finds and opens the robot's port.
 //!
-//! Owns the list of USB adapters that Nanos come with. Refuses to guess
-//! between several.
+//! Owns the list of USB adapters that Nanos come with, and what happens to DTR,
+//! whose falling edge resets a Nano. Refuses to guess between several ports.
+//!
+//! The first opening after the robot was plugged in resets it. From then on DTR
+//! stays as it is, where the system allows it (Linux, macOS), so that a command
+//! finds the robot as the last one left it: walking, or with a gait in RAM.
 
 use super::{Link, LinkError, Patience};
+use protocol::frame::STOP_BYTE;
+#[cfg(unix)]
+use serialport::TTYPort;
 use serialport::{SerialPort, SerialPortInfo, SerialPortType};
+use std::io::Write as _;
 use std::time::Duration;
 
 /// The firmware's baud rate, 8N1.
@@ -29,17 +37,53 @@ pub type SerialLink = Link<Box<dyn SerialPort>>;
 /// [`LinkError::NoPort`] and [`LinkError::SeveralPorts`] list what is there;
 /// else as [`Link::connect`].
 pub fn connect(port: Option<&str>) -> Result<SerialLink, LinkError> {
+    let (opened, name) = open(port)?;
+    Link::connect(opened, &name, Patience::default())
+}
+
+/// As [`connect`], but the first byte on the wire stops the robot, whoever it listens to.
+///
+/// # Errors
+/// As [`connect`].
+pub fn connect_and_stop(port: Option<&str>) -> Result<SerialLink, LinkError> {
+    let (mut opened, name) = open(port)?;
+    opened.write_all(&[STOP_BYTE]).map_err(|source| LinkError::Broken {
+        port: name.clone(),
+        action: "write to",
+        source,
+    })?;
+    Link::connect(opened, &name, Patience::default())
+}
+
+fn open(port: Option<&str>) -> Result<(Box<dyn SerialPort>, String), LinkError> {
     let name = match port {
         Some(name) => name.to_owned(),
         None => choose(available()?)?,
     };
     let opened = serialport::new(&name, BAUD_RATE)
         .timeout(READ_TIMEOUT)
-        // Where the system does not do so itself: resets the Nano, whose state is then known.
+        // Some adapters send nothing without it.
         .dtr_on_open(true)
-        .open()
+        .open_native()
         .map_err(|source| LinkError::Open { port: name.clone(), source })?;
-    Link::connect(opened, &name, Patience::default())
+    #[cfg(unix)]
+    keep_dtr(&opened);
+    Ok((Box::new(opened), name))
+}
+
+/// Keeps the closing of the port from lowering DTR, which the next opening would raise again.
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn keep_dtr(port: &TTYPort) {
+    use nix::sys::termios::{ControlFlags, SetArg, tcgetattr, tcsetattr};
+    use std::os::fd::{AsRawFd as _, BorrowedFd};
+    // SAFETY: `port` is open, and stays so for longer than this function runs.
+    let port = unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) };
+    // A port that cannot do so resets its robot, which is what it did before.
+    if let Ok(mut settings) = tcgetattr(port) {
+        settings.control_flags.remove(ControlFlags::HUPCL);
+        let _ = tcsetattr(port, SetArg::TCSANOW, &settings);
+    }
 }
 
 fn available() -> Result<Vec<SerialPortInfo>, LinkError> {

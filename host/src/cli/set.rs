@@ -1,0 +1,92 @@
+//! `host set`: change a walk that goes on without a host.
+//!
+//! An attached walk takes the same changes from the terminal it runs in.
+
+use super::explain::{failure, failure_with_help};
+use super::reach::{Port, unreachable_robot};
+use super::{Cause, Failure};
+use crate::link::words;
+use protocol::{Amplitude, Command, Speed, State};
+use thiserror::Error;
+
+/// Change amplitude or speed of a detached walk, pause it, or go on.
+///
+/// Nothing jumps: the robot slides to the new value. --amp also becomes the
+/// amplitude of the next walk, until the next reset.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("change").required(true).multiple(true))]
+pub struct Args {
+    /// Amplitude about each joint's centre, 0.5 to 3.0
+    #[arg(long = "amp", value_name = "X", group = "change")]
+    amplitude: Option<f64>,
+    /// Speed, 0 to 2; 1 is the gait's own period
+    #[arg(long, value_name = "X", group = "change", conflicts_with_all = ["pause", "resume"])]
+    speed: Option<f64>,
+    /// Stand still in mid stride, servos on
+    #[arg(long, group = "change", conflicts_with = "resume")]
+    pause: bool,
+    /// Go on at the gait's own speed
+    #[arg(long, group = "change")]
+    resume: bool,
+    #[command(flatten)]
+    port: Port,
+}
+
+/// A number that is none of the robot's.
+#[derive(Debug, Error)]
+pub enum BadNumber {
+    /// Beyond what setpoints are proven for.
+    #[error("an amplitude of {value}; it must be within {} to {}", Amplitude::MIN.value(), Amplitude::MAX.value())]
+    Amplitude {
+        /// What was asked.
+        value: f64,
+    },
+    /// Faster than twice the gait's own speed.
+    #[error("a speed of {value}; it must be within 0 to {} of the gait's own", Speed::MAX.value())]
+    Speed {
+        /// What was asked.
+        value: f64,
+    },
+}
+
+/// The amplitude, if it is one.
+pub fn amplitude(value: f64) -> Result<Amplitude, BadNumber> {
+    Amplitude::from_f64(value).ok_or(BadNumber::Amplitude { value })
+}
+
+/// The speed, if it is one.
+pub fn speed(value: f64) -> Result<Speed, BadNumber> {
+    Speed::from_f64(value).ok_or(BadNumber::Speed { value })
+}
+
+#[derive(Debug, Error)]
+#[error("the robot is not walking: it is {}", words::state_in_full(*.state))]
+struct NotWalking {
+    state: State,
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    let usage = |error: BadNumber| failure(Cause::Usage, error);
+    let amplitude = args.amplitude.map(amplitude).transpose().map_err(usage)?;
+    let speed = match (args.speed, args.pause, args.resume) {
+        (Some(value), ..) => Some(speed(value).map_err(usage)?),
+        (None, true, _) => Some(Speed::PAUSED),
+        (None, _, true) => Some(Speed::ONE),
+        _ => None,
+    };
+    let mut link = args.port.connect()?;
+    let state = link.status().map_err(unreachable_robot)?.state;
+    if speed.is_some() && matches!(state, State::Idle | State::Stopping | State::Fault(_) | State::Booting) {
+        let help = "start a walk that goes on without this program: host walk --detached --for 60. \
+                    If it was walking a moment ago, opening the port has reset it: the first opening \
+                    after plugging in does";
+        return Err(failure_with_help(Cause::Robot, NotWalking { state }, help));
+    }
+    let changes = [amplitude.map(Command::SetAmplitude), speed.map(Command::SetSpeed)];
+    for change in changes.into_iter().flatten() {
+        link.order(change).map_err(unreachable_robot)?;
+    }
+    let state = link.status().map_err(unreachable_robot)?.state;
+    println!("done; the robot is {}", words::state_in_full(state));
+    Ok(())
+}
