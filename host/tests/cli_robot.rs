@@ -5,7 +5,7 @@
 mod bench_host;
 mod fake_robot;
 
-use bench_host::{Setting, fails, gait, json};
+use bench_host::{Setting, fails, gait, json, says};
 use fake_robot::{FakeRobot, Troubles};
 use protocol::State;
 use std::time::{Duration, Instant};
@@ -220,4 +220,29 @@ fn ctrl_c_stops_the_robot_and_the_program() {
     assert_eq!(status.code(), Some(130));
     assert_eq!(setting.bench.robot(|robot| (robot.state, robot.stop_bytes)), (State::Holding, 1));
     assert!(setting.trials()[0].iter().any(|field| field.contains("interrupted")));
+}
+
+#[test]
+fn a_walk_without_a_cable_is_told_afterwards() {
+    let setting = Setting::new(Troubles::default());
+    let message = fails(&mut setting.host(&["measure", "--last"]), 5);
+    assert!(message.contains("the robot remembers no walk"), "{message}");
+    says(&mut setting.host(&["walk", "--detached", "--for", "0.5"]));
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while setting.bench.robot(|robot| robot.last_trial.is_none()) {
+        assert!(Instant::now() < deadline, "the walk never ended");
+        std::thread::yield_now();
+    }
+
+    let text = says(&mut setting.host(&["measure", "--last"]));
+    let last =
+        json(&mut setting.host(&["measure", "--last", "--mass-kg", "1", "--distance", "0.1", "--json"]));
+
+    assert!(text.contains("gait \"old\" (CRC"), "{text}");
+    assert!(text.contains("at 1x, 30 frames in 0.50 s it ended because its time was over"), "{text}");
+    assert!(text.contains("energy 0.450 J mean power 0.900 W"), "{text}");
+    assert!(text.contains("held at its limit in 3 frames 1 power samples failed"), "{text}");
+    assert_eq!(last["ended"], "finished");
+    assert!((last["cost_of_transport"].as_f64().unwrap() - 0.458_872).abs() < 1e-6);
+    assert!((last["speed_m_s"].as_f64().unwrap() - 0.2).abs() < 1e-9);
 }

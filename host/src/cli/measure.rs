@@ -5,6 +5,7 @@
 //! no trial. The walk is [`crate::trial`]'s, the arithmetic [`crate::energy`]'s.
 
 mod distance;
+mod last;
 mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
@@ -40,6 +41,9 @@ pub(super) const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
 /// stops by itself within a second if this program ends or the cable comes off.
 #[derive(Debug, clap::Args)]
 pub struct Args {
+    /// Walk nothing: tell what the robot remembers of its last walk, be it without a host
+    #[arg(long, conflicts_with_all = ["duration", "amplitude", "clip", "tracker"])]
+    last: bool,
     /// Length of the trial in seconds
     #[arg(long, value_name = "S", default_value_t = 12.0)]
     duration: f64,
@@ -83,6 +87,9 @@ enum MeasureError {
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let frames = check_flags(&args)?;
+    if args.last {
+        return last::run(&args);
+    }
     let source = Source::choose(args.distance, args.tracker.as_deref())?;
     let folder = folder(&args)?;
     table::load(&folder).map_err(unwritable)?;
