@@ -195,6 +195,7 @@ fn mean(sum: i32) -> i32 {
 }
 
 /// `value` times a gain in 2^-14, of which 2^14 leaves every value as it is.
+#[inline(never)]
 fn corrected(value: i32, gain_q14: u16) -> i32 {
     let gain = i32::from(gain_q14);
     (value >> 14) * gain + (((value & 0x3FFF) * gain) >> 14)
@@ -234,7 +235,7 @@ pub struct Trial {
     pub energy_uj: u64,
     /// Frames whose sample was missed.
     pub missed_samples: u16,
-    /// Products not yet a microjoule, of either sign.
+    /// Products not yet a microjoule, or owed.
     remainder: i32,
 }
 
@@ -249,13 +250,13 @@ impl Trial {
         self.frames = self.frames.wrapping_add(1);
         self.clipped_frames = self.clipped_frames.wrapping_add(u32::from(clipped));
         self.missed_samples = self.missed_samples.saturating_add(u16::from(missed));
-        let products = sample.products + self.remainder;
-        let (energy_uj, remainder) = in_microjoules(products.unsigned_abs());
-        // A servo that brakes may feed the supply; below zero there is nothing to give back.
+        // A servo that brakes may feed the supply: what is below zero is a debt that
+        // later frames pay, bounded so that no sum overflows.
+        let products = (sample.products + self.remainder).max(-(1 << 29));
         if products < 0 {
-            self.energy_uj = self.energy_uj.saturating_sub(u64::from(energy_uj));
-            self.remainder = -remainder;
+            self.remainder = products;
         } else {
+            let (energy_uj, remainder) = in_microjoules(products as u32);
             self.energy_uj = self.energy_uj.wrapping_add(u64::from(energy_uj));
             self.remainder = remainder;
         }

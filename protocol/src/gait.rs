@@ -68,7 +68,7 @@ pub enum GaitError {
     JointLimits(u8),
     /// Neither a polynomial nor a row of samples.
     Kind,
-    /// Fewer than 2 or more than [`MAX_ROWS`] rows of samples, or a sample is -128.
+    /// Fewer than 2 or more than [`MAX_ROWS`] rows of samples.
     Rows,
     /// The step of a sample is 0.
     Step,

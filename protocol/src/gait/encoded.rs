@@ -161,7 +161,7 @@ impl Encoded {
             self.bytes.get(at).map_or(0, |&byte| i32::from(byte as i8))
         };
         let (from, to) = (sample(row), sample(next));
-        // 254 * 65535 and 127 * 65536 are 24 bits; times a step of 8 bits, 31 and the sign.
+        // 255 * 65535 and 128 * 65536 are 24 bits; times a step of 8 bits, 31 and the sign.
         let steps_q16 = (from << 16) + (to - from) * i32::from(place as u16);
         (steps_q16 * i32::from(self.bytes[STEP])) >> 8
     }
@@ -231,10 +231,6 @@ fn check(bytes: &[u8]) -> Result<(), GaitError> {
         check_limits(step, min_deg as i8, max_deg as i8)?;
         let rows = usize::from(*body.get(ROW_COUNT).ok_or(GaitError::Length)?);
         if !(2..=MAX_ROWS).contains(&rows) {
-            return Err(GaitError::Rows);
-        }
-        // -128 steps would be beyond the numbers of `samples_q17`.
-        if body.get(ROWS..).is_some_and(|rows| rows.contains(&0x80)) {
             return Err(GaitError::Rows);
         }
         let limits = (Angle::from_whole_deg(min_deg as i8), Angle::from_whole_deg(max_deg as i8));

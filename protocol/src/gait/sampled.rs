@@ -24,12 +24,11 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// The rows, if there are 2 to [`MAX_ROWS`] of them and none holds -128.
+    /// The rows, if there are 2 to [`MAX_ROWS`] of them.
     #[must_use]
     pub fn new(rows: &[[i8; JOINT_COUNT]]) -> Option<Self> {
-        let is_sound = rows.len() >= 2 && rows.iter().flatten().all(|&sample| sample > i8::MIN);
         let mut all = [[0; JOINT_COUNT]; MAX_ROWS];
-        all.get_mut(..rows.len()).filter(|_| is_sound)?.copy_from_slice(rows);
+        all.get_mut(..rows.len()).filter(|rows| rows.len() >= 2)?.copy_from_slice(rows);
         Some(Self { rows: all, len: rows.len() as u8 })
     }
 

@@ -1,5 +1,8 @@
 //! Transactions of the main loop, polled, each with a deadline.
 //!
+//! A write, a read, or a write and a read: the chips know no others, and the
+//! general sequence of `embedded-hal` takes half a kilobyte more.
+//!
 //! Owns the bus from claim to release, and frees it where a transfer left it
 //! stuck. Refuses to wait longer than the burst's deadline for the bus, and
 //! longer than its own for a chip.
@@ -30,6 +33,8 @@ pub enum TwiError {
     Timeout,
     /// Something else drives the bus.
     Bus,
+    /// Other than a write, a read, or one after the other.
+    Unsupported,
 }
 
 impl i2c::Error for TwiError {
@@ -37,7 +42,7 @@ impl i2c::Error for TwiError {
         match self {
             Self::AddressNotAcknowledged => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address),
             Self::DataNotAcknowledged => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data),
-            Self::Timeout => ErrorKind::Other,
+            Self::Timeout | Self::Unsupported => ErrorKind::Other,
             Self::Bus => ErrorKind::Bus,
         }
     }
@@ -152,45 +157,30 @@ impl Twi {
         Ok(())
     }
 
-    fn run(&self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
+    fn run(&self, address: u8, written: &[u8], read: &mut [u8]) -> Result<(), TwiError> {
         // The STOP before may still be on the wire.
         self.wait_for_stop()?;
-        let mut direction = None;
-        for at in 0..operations.len() {
-            // The last byte before the direction changes is not acknowledged.
-            let more_reads = matches!(operations.get(at + 1), Some(Operation::Read(_)));
-            let Some(operation) = operations.get_mut(at) else { break };
-            let is_read = matches!(operation, Operation::Read(_));
-            if direction != Some(is_read) {
-                self.address(address << 1 | u8::from(is_read))?;
-                direction = Some(is_read);
+        if !written.is_empty() || read.is_empty() {
+            self.address(address << 1)?;
+            for &byte in written {
+                self.put(byte)?;
             }
-            match operation {
-                Operation::Write(bytes) => {
-                    for &byte in *bytes {
-                        self.put(byte)?;
-                    }
-                }
-                Operation::Read(bytes) => {
-                    let len = bytes.len();
-                    for (index, byte) in bytes.iter_mut().enumerate() {
-                        *byte = self.get(more_reads || index + 1 < len)?;
-                    }
-                }
+        }
+        if let Some((last, others)) = read.split_last_mut() {
+            self.address(address << 1 | 1)?;
+            for byte in others {
+                *byte = self.get(true)?;
             }
+            // The last byte is not acknowledged: the chip lets go of the line.
+            *last = self.get(false)?;
         }
         self.stop()
     }
-}
 
-impl ErrorType for Twi {
-    type Error = TwiError;
-}
-
-impl i2c::I2c for Twi {
-    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
+    #[inline(never)]
+    fn exchange(&mut self, address: u8, written: &[u8], read: &mut [u8]) -> Result<(), TwiError> {
         self.claim()?;
-        let mut result = self.run(address, operations);
+        let mut result = self.run(address, written, read);
         if matches!(result, Err(TwiError::AddressNotAcknowledged | TwiError::DataNotAcknowledged)) {
             result = self.stop().and(result);
         }
@@ -205,5 +195,33 @@ impl i2c::I2c for Twi {
             chain::hand_over(cs);
         });
         result
+    }
+}
+
+impl ErrorType for Twi {
+    type Error = TwiError;
+}
+
+impl i2c::I2c for Twi {
+    fn write(&mut self, address: u8, bytes: &[u8]) -> Result<(), TwiError> {
+        self.exchange(address, bytes, &mut [])
+    }
+
+    fn read(&mut self, address: u8, bytes: &mut [u8]) -> Result<(), TwiError> {
+        self.exchange(address, &[], bytes)
+    }
+
+    fn write_read(&mut self, address: u8, written: &[u8], read: &mut [u8]) -> Result<(), TwiError> {
+        self.exchange(address, written, read)
+    }
+
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), TwiError> {
+        match operations {
+            [] => Ok(()),
+            [Operation::Write(bytes)] => self.exchange(address, bytes, &mut []),
+            [Operation::Read(bytes)] => self.exchange(address, &[], bytes),
+            [Operation::Write(written), Operation::Read(read)] => self.exchange(address, written, read),
+            _ => Err(TwiError::Unsupported),
+        }
     }
 }
