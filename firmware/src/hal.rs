@@ -51,6 +51,9 @@ pub trait Bus: I2c {
     /// How this frame's burst went.
     fn burst(&mut self) -> BurstState;
 
+    /// Readings that wait for [`Self::take_reading`]; 7 at most, then some are lost.
+    fn readings(&self) -> u8;
+
     /// The oldest reading that the board took by itself and nobody has seen.
     ///
     /// It takes [`READINGS_PER_FRAME`], evenly, and fewer where the bus was in use
@@ -65,18 +68,22 @@ pub trait Bus: I2c {
 
 /// The serial port behind its two rings.
 pub trait SerialRing {
-    /// The oldest byte received.
-    fn read(&mut self) -> Option<u8>;
-
-    /// Bytes that [`Self::write`] can take now.
-    fn room(&self) -> usize;
-
-    /// Queues one byte; lost if there is no room, so ask first.
-    fn write(&mut self, byte: u8);
-
     /// Whether there is a frame's end, or a good many bytes, to read: until
     /// then the main loop has better things to do.
     fn is_worth_reading(&mut self) -> bool;
+
+    /// Takes what was received, oldest first; what is not asked for stays.
+    fn received(&mut self) -> impl Iterator<Item = u8>;
+
+    /// Bytes that can be queued now.
+    fn room(&self) -> u8;
+
+    /// Writes a byte behind what is queued, and `at` bytes more; `at` is less
+    /// than [`Self::room`].
+    fn place(&mut self, at: u8, byte: u8);
+
+    /// Queues the first `len` bytes placed.
+    fn send(&mut self, len: u8);
 
     /// Whether the stop byte came since the last call, in or between frames.
     fn take_stop(&mut self) -> bool;

@@ -6,8 +6,7 @@
 //! one that finds no room is dropped whole.
 
 use protocol::command::MAX_CHUNK_LEN;
-use protocol::crc::crc16;
-use protocol::frame::{self, Decoder, FrameError, MAX_FRAME_LEN, Request};
+use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request};
 use protocol::{Refusal, Reply};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -102,21 +101,20 @@ impl Link {
     /// Reads the port until a request is complete, or its ring is empty.
     pub fn listen(&mut self, serial: &mut impl SerialRing) -> Option<Heard> {
         // The answer must find room: unread bytes wait in the ring meanwhile.
-        while serial.room() >= MAX_FRAME_LEN {
-            let byte = serial.read()?;
-            let body = match self.decoder.push(byte) {
+        while serial.is_worth_reading() && usize::from(serial.room()) >= MAX_FRAME_LEN {
+            if !self.decoder.collect(serial.received()) {
+                continue;
+            }
+            let heard = match self.decoder.finish() {
                 None => continue,
-                Some(Err(_)) => {
-                    self.bad_frames = self.bad_frames.saturating_add(1);
-                    continue;
-                }
-                Some(Ok(body)) => body,
+                Some(Ok(&[seq, ..])) => Some(seq),
+                Some(_) => None,
             };
-            let Some(&seq) = body.first() else {
+            let Some(seq) = heard else {
                 self.bad_frames = self.bad_frames.saturating_add(1);
                 continue;
             };
-            let crc = crc16(body);
+            let crc = self.decoder.checksum();
             if self.remembers && self.last_seq == seq && self.last_crc == crc {
                 return Some(Heard::Repeat(seq, self.last_outcome));
             }
@@ -124,7 +122,7 @@ impl Link {
             // swallow an equal request when the numbers have come round.
             self.remembers = false;
             (self.last_seq, self.last_crc) = (seq, crc);
-            return Some(match frame::parse::<Request<Tail>>(body) {
+            return Some(match frame::parse::<Request<Tail>>(self.decoder.body()) {
                 Ok(request) => Heard::Command(request.seq, request.command),
                 Err(_) => {
                     self.bad_frames = self.bad_frames.saturating_add(1);
@@ -151,22 +149,17 @@ impl Link {
 
 /// Queues `message` whole, or not at all.
 pub fn send(serial: &mut impl SerialRing, message: &Message<'_>) -> bool {
-    let mut buffer = [0; MAX_FRAME_LEN];
-    let Ok(frame) = encode(message, &mut buffer) else { return false };
-    let fits = serial.room() >= frame.len();
-    if fits {
-        for &byte in frame {
-            serial.write(byte);
+    let room = serial.room();
+    let len = frame::encode_into(message, |at, byte| {
+        if at < room {
+            serial.place(at, byte);
         }
+    });
+    let fits = len.ok().filter(|len| *len <= room);
+    if let Some(len) = fits {
+        serial.send(len);
     }
-    fits
-}
-
-/// Apart from the buffer: next to it, everything else would be out of the
-/// stack pointer's short reach.
-#[inline(never)]
-fn encode<'b>(message: &Message<'_>, buffer: &'b mut [u8; MAX_FRAME_LEN]) -> Result<&'b [u8], FrameError> {
-    frame::encode(message, buffer)
+    fits.is_some()
 }
 
 /// Answers request `seq`.

@@ -9,8 +9,8 @@
 //! stop byte; frames without one are plain COBS.
 
 use crate::command::{Chunk, Command, MAX_CHUNK_LEN};
-use crate::crc::crc16;
-use crate::wire::{self, Writer};
+use crate::crc::{Crc16, crc16};
+use crate::wire::{self, Sink, Writer};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Longest body in bytes, before CRC and COBS: a full chunk and its header.
@@ -53,33 +53,75 @@ pub enum FrameError {
 /// Writes `message` as one frame, delimiter included, into `buffer`.
 ///
 /// # Errors
-/// [`FrameError::TooLong`] if the frame does not fit `buffer` or the limit.
+/// [`FrameError::TooLong`] if the frame does not fit the limit.
 pub fn encode<'b, T: Serialize>(
     message: &T,
     buffer: &'b mut [u8; MAX_FRAME_LEN],
 ) -> Result<&'b [u8], FrameError> {
-    // The body is built one byte in, where COBS wants its first code byte.
-    let mut writer = Writer::new(&mut buffer[1..=MAX_BODY_LEN]);
-    message.serialize(&mut writer).map_err(|_| FrameError::Meaning)?;
-    let body_len = writer.finish().ok_or(FrameError::TooLong)?;
-    let crc = crc16(&buffer[1..=body_len]).to_le_bytes();
-    buffer[body_len + 1..body_len + 3].copy_from_slice(&crc);
-    let end = body_len + 3;
+    let len = encode_into(message, |at, byte| {
+        if let Some(place) = buffer.get_mut(usize::from(at)) {
+            *place = byte;
+        }
+    })?;
+    buffer.get(..usize::from(len)).ok_or(FrameError::TooLong)
+}
 
-    // So short, COBS in place is a chain of distances between replaced bytes.
-    let mut code_at = 0;
-    for i in 1..end {
-        let flag = match buffer[i] {
-            0 => 0,
-            STOP_BYTE => STOP_FLAG,
-            _ => continue,
-        };
-        buffer[code_at] = (i - code_at) as u8 | flag;
-        code_at = i;
+/// Hands `place` the bytes of one frame, each with its distance from the first;
+/// returns their number.
+///
+/// They come in order but for code bytes, which are known later than what they
+/// stand before. An AVR needs no buffer so, beside the one that it sends from.
+///
+/// # Errors
+/// [`FrameError::TooLong`] if the frame does not fit the limit: what was placed
+/// is to be forgotten.
+pub fn encode_into<T: Serialize>(message: &T, place: impl FnMut(u8, u8)) -> Result<u8, FrameError> {
+    let mut writer = Writer(Encoder { place, crc: Crc16::new(), at: 1, code_at: 0 });
+    message.serialize(&mut writer).map_err(|_| FrameError::Meaning)?;
+    writer.0.finish()
+}
+
+struct Encoder<F> {
+    place: F,
+    crc: Crc16,
+    /// Where the next byte goes.
+    at: u8,
+    /// Where the code byte for it goes.
+    code_at: u8,
+}
+
+impl<F: FnMut(u8, u8)> Sink for Encoder<F> {
+    fn put(&mut self, byte: u8) {
+        let at = self.at;
+        if usize::from(at) > MAX_BODY_LEN + 2 {
+            return;
+        }
+        self.at = at + 1;
+        self.crc.add(byte);
+        if byte == 0 || byte == STOP_BYTE {
+            // So short, COBS is a chain of distances between replaced bytes.
+            let flag = if byte == 0 { 0 } else { STOP_FLAG };
+            (self.place)(self.code_at, (at - self.code_at) | flag);
+            self.code_at = at;
+        } else {
+            (self.place)(at, byte);
+        }
     }
-    buffer[code_at] = (end - code_at) as u8;
-    buffer[end] = 0;
-    Ok(&buffer[..=end])
+}
+
+impl<F: FnMut(u8, u8)> Encoder<F> {
+    fn finish(mut self) -> Result<u8, FrameError> {
+        if usize::from(self.at) > MAX_BODY_LEN + 1 {
+            return Err(FrameError::TooLong);
+        }
+        for byte in self.crc.value().to_le_bytes() {
+            self.put(byte);
+        }
+        let end = self.at;
+        (self.place)(self.code_at, end - self.code_at);
+        (self.place)(end, 0);
+        Ok(end + 1)
+    }
 }
 
 /// Undoes COBS and checks the CRC of one frame, delimiter excluded, in place.
@@ -123,10 +165,14 @@ pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, FrameError> {
 #[derive(Debug)]
 pub struct Decoder {
     buffer: [u8; MAX_FRAME_LEN],
-    len: usize,
-    body_len: usize,
-    overlong: bool,
+    /// Bytes of the frame under way; [`OVERLONG`] if it has more than any.
+    len: u8,
+    /// Of the body returned last.
+    body_len: u8,
 }
+
+/// More bytes than the buffer has.
+const OVERLONG: u8 = u8::MAX;
 
 impl Default for Decoder {
     fn default() -> Self {
@@ -138,39 +184,64 @@ impl Decoder {
     /// An empty decoder.
     #[must_use]
     pub const fn new() -> Self {
-        Self { buffer: [0; MAX_FRAME_LEN], len: 0, body_len: 0, overlong: false }
+        Self { buffer: [0; MAX_FRAME_LEN], len: 0, body_len: 0 }
     }
 
     /// Takes one byte; returns the body of the frame that it completes.
     ///
     /// Empty frames, two zeros in a row, are silence and return `None`.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
-        if byte != 0 {
-            match self.buffer.get_mut(self.len) {
+        if self.collect([byte]) { self.finish() } else { None }
+    }
+
+    /// The first half of [`Self::push`]: takes bytes up to the end of a frame;
+    /// true if it was there, and [`Self::finish`] comes before the next byte.
+    #[inline]
+    pub fn collect(&mut self, bytes: impl IntoIterator<Item = u8>) -> bool {
+        let mut len = self.len;
+        let mut is_whole = false;
+        for byte in bytes {
+            if byte == 0 {
+                is_whole = true;
+                break;
+            }
+            match self.buffer.get_mut(usize::from(len)) {
                 Some(place) => {
                     *place = byte;
-                    self.len += 1;
+                    len += 1;
                 }
-                None => self.overlong = true,
+                None => len = OVERLONG,
             }
-            return None;
         }
+        self.len = len;
+        is_whole
+    }
+
+    /// The second half of [`Self::push`]: the body of the frame that has ended.
+    pub fn finish(&mut self) -> Option<Result<&[u8], FrameError>> {
         let len = core::mem::take(&mut self.len);
-        if core::mem::take(&mut self.overlong) {
-            return Some(Err(FrameError::TooLong));
-        }
         self.body_len = 0;
         if len == 0 {
             return None;
         }
-        let body = unframe(&mut self.buffer[..len]);
-        self.body_len = body.map_or(0, <[u8]>::len);
+        let Some(frame) = self.buffer.get_mut(..usize::from(len)) else {
+            return Some(Err(FrameError::TooLong));
+        };
+        let body = unframe(frame);
+        self.body_len = body.map_or(0, |body| body.len() as u8);
         Some(body)
     }
 
     /// The body that [`Self::push`] returned last; empty once the next frame has begun.
     #[must_use]
     pub fn body(&self) -> &[u8] {
-        if self.len > 0 { &[] } else { self.buffer.get(1..=self.body_len).unwrap_or(&[]) }
+        if self.len > 0 { &[] } else { self.buffer.get(1..=usize::from(self.body_len)).unwrap_or(&[]) }
+    }
+
+    /// The checksum of [`Self::body`], as it came with it; only together with that.
+    #[must_use]
+    pub fn checksum(&self) -> u16 {
+        let end = self.buffer.get(usize::from(self.body_len) + 1..).and_then(|rest| rest.first_chunk::<2>());
+        end.map_or(0, |crc| u16::from_le_bytes(*crc))
     }
 }

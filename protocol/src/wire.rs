@@ -11,7 +11,7 @@ mod read;
 mod write;
 
 pub use read::from_bytes;
-pub(crate) use write::Writer;
+pub(crate) use write::{Sink, Writer};
 
 /// The bytes are no such message, or a message has a type that is not ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,6 +15,9 @@ use crate::limits::{
 use crate::player::Frame;
 use crate::{power, servos};
 
+/// Half of what the board keeps.
+const READINGS_AT_ONCE: u8 = 4;
+
 /// Where this frame stands with the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BusWork {
@@ -29,7 +32,10 @@ pub(super) enum BusWork {
 impl App {
     #[inline(never)]
     pub(super) fn use_bus(&mut self, board: &mut impl Board) {
-        self.take_readings(board);
+        // A few at a time: each of them would cost a turn of its own.
+        if board.bus().readings() >= READINGS_AT_ONCE {
+            self.take_readings(board);
+        }
         if self.bus_work == BusWork::Burst {
             match board.bus().burst() {
                 BurstState::Running => return,

@@ -1,7 +1,8 @@
 //! Values to bytes.
 //!
-//! Owns a piece of a buffer. A byte too many is noted, not refused: without a
-//! way to fail, no field's outcome has to be looked at.
+//! Owns none of them: each goes straight to where it is wanted. A byte too many
+//! is for that to note, not refused here: without a way to fail, no field's
+//! outcome has to be looked at.
 
 use super::WireError;
 use serde::Serialize;
@@ -9,29 +10,19 @@ use serde::ser::{
     Impossible, SerializeSeq, SerializeStruct, SerializeStructVariant, SerializeTuple, Serializer,
 };
 
-/// Where a message is written.
-pub struct Writer<'b> {
-    bytes: &'b mut [u8],
-    len: usize,
+/// Where bytes go, one after the other.
+pub trait Sink {
+    /// The next one.
+    fn put(&mut self, byte: u8);
 }
 
-impl<'b> Writer<'b> {
-    /// Starts at the first of `bytes`.
-    pub const fn new(bytes: &'b mut [u8]) -> Self {
-        Self { bytes, len: 0 }
-    }
+/// Writes messages to a sink.
+pub struct Writer<S>(pub S);
 
-    /// Bytes written, if there was room for them.
-    pub const fn finish(self) -> Option<usize> {
-        if self.len <= self.bytes.len() { Some(self.len) } else { None }
-    }
-
+impl<S: Sink> Writer<S> {
     #[inline(never)]
     fn put(&mut self, byte: u8) {
-        if let Some(place) = self.bytes.get_mut(self.len) {
-            *place = byte;
-        }
-        self.len += 1;
+        self.0.put(byte);
     }
 
     #[inline(never)]
@@ -52,7 +43,7 @@ impl<'b> Writer<'b> {
 type Done = Result<(), WireError>;
 type Unused = Impossible<(), WireError>;
 
-impl Serializer for &mut Writer<'_> {
+impl<S: Sink> Serializer for &mut Writer<S> {
     type Ok = ();
     type Error = WireError;
     type SerializeSeq = Self;
@@ -238,7 +229,7 @@ impl Serializer for &mut Writer<'_> {
 
 macro_rules! each_value {
     ($($part:ident $method:ident $(($key:ty))?;)*) => {$(
-        impl $part for &mut Writer<'_> {
+        impl<S: Sink> $part for &mut Writer<S> {
             type Ok = ();
             type Error = WireError;
 

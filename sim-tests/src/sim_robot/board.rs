@@ -14,6 +14,7 @@ use embedded_hal::i2c::Operation;
 use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, Reading, SerialRing, Watchdog};
 use firmware::servos::{self, ServoBurst};
 use protocol::FRAME_RATE_HZ;
+use protocol::frame::STOP_BYTE;
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -30,8 +31,10 @@ const BUS_TIMEOUT_NS: u64 = 1_000_000;
 const SHUNT_OHM: f64 = 0.1;
 /// 10 bits at 115,200 baud.
 const SERIAL_BYTE_NS: u64 = 86_806;
-/// Bytes that a ring of the board holds.
-const RING_CAPACITY: usize = 127;
+/// Bytes that the board's rings hold, and how many are many.
+const RECEIVED_CAPACITY: usize = 63;
+const TO_SEND_CAPACITY: usize = 127;
+const MANY_BYTES: usize = 32;
 /// One byte of EEPROM.
 const MEMORY_WRITE_NS: u64 = 3_400_000;
 /// A figure for a stack that is not there.
@@ -54,6 +57,7 @@ pub struct SimBoard {
     incoming_next_ns: u64,
     received: VecDeque<u8>,
     to_send: VecDeque<u8>,
+    placed: [u8; TO_SEND_CAPACITY],
     sent_next_ns: u64,
     outgoing: Vec<u8>,
     memory: [u8; 1024],
@@ -68,6 +72,7 @@ pub struct SimBoard {
     outputs_enabled: bool,
     /// Whether somebody holds the start button down.
     pub is_button_down: bool,
+    is_stopped: bool,
     dropped_bytes: u16,
     bus_errors: u16,
     waited_ns: Rc<Cell<u64>>,
@@ -92,6 +97,7 @@ impl SimBoard {
             incoming_next_ns: 0,
             received: VecDeque::new(),
             to_send: VecDeque::new(),
+            placed: [0; TO_SEND_CAPACITY],
             sent_next_ns: 0,
             outgoing: Vec::new(),
             memory: [0xFF; 1024],
@@ -104,6 +110,7 @@ impl SimBoard {
             is_lit: false,
             outputs_enabled: false,
             is_button_down: false,
+            is_stopped: false,
             dropped_bytes: 0,
             bus_errors: 0,
             waited_ns: Rc::default(),
@@ -215,7 +222,9 @@ impl SimBoard {
         while self.incoming_next_ns <= self.now_ns {
             let Some(byte) = self.incoming.pop_front() else { break };
             // A full ring drops the byte, as the board does.
-            if self.received.len() < RING_CAPACITY {
+            if byte == STOP_BYTE {
+                self.is_stopped = true;
+            } else if self.received.len() < RECEIVED_CAPACITY {
                 self.received.push_back(byte);
             } else {
                 self.dropped_bytes = self.dropped_bytes.saturating_add(1);
@@ -252,25 +261,30 @@ impl FrameClock for SimBoard {
 }
 
 impl SerialRing for SimBoard {
-    fn read(&mut self) -> Option<u8> {
-        self.received.pop_front()
-    }
-
-    fn room(&self) -> usize {
-        RING_CAPACITY - self.to_send.len()
-    }
-
-    fn write(&mut self, byte: u8) {
-        assert!(self.room() > 0, "a byte was written without asking for room");
-        self.to_send.push_back(byte);
-    }
-
     fn is_worth_reading(&mut self) -> bool {
-        !self.received.is_empty()
+        self.received.contains(&0) || self.received.len() >= MANY_BYTES
+    }
+
+    fn received(&mut self) -> impl Iterator<Item = u8> {
+        std::iter::from_fn(|| self.received.pop_front())
+    }
+
+    fn room(&self) -> u8 {
+        (TO_SEND_CAPACITY - self.to_send.len()) as u8
+    }
+
+    fn place(&mut self, at: u8, byte: u8) {
+        assert!(at < self.room(), "a byte was placed where there is no room");
+        self.placed[usize::from(at)] = byte;
+    }
+
+    fn send(&mut self, len: u8) {
+        assert!(len <= self.room(), "bytes were queued where there is no room");
+        self.to_send.extend(&self.placed[..usize::from(len)]);
     }
 
     fn take_stop(&mut self) -> bool {
-        false
+        std::mem::take(&mut self.is_stopped)
     }
 
     fn dropped(&self) -> u16 {

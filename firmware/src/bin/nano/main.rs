@@ -19,6 +19,7 @@
 mod eeprom;
 mod panel;
 mod reset;
+mod shared;
 mod stack;
 mod timer;
 mod twi;

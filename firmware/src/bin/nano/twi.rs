@@ -137,6 +137,11 @@ impl Bus for Twi {
         interrupt::free(|cs| OUTCOME.borrow(cs).get())
     }
 
+    fn readings(&self) -> u8 {
+        let (head, tail) = interrupt::free(|cs| (HEAD.borrow(cs).get(), TAIL.borrow(cs).get()));
+        (head.wrapping_sub(tail) & RING_MASK) / READING_LEN
+    }
+
     fn take_reading(&mut self) -> Option<Reading> {
         let at = interrupt::free(|cs| TAIL.borrow(cs).get());
         if at == interrupt::free(|cs| HEAD.borrow(cs).get()) {

@@ -1,50 +1,63 @@
 //! The serial port behind two rings.
 //!
 //! Owns USART0. Bytes come and go by interrupt; a full receive ring drops
-//! the byte, and the frame's CRC tells. The rings are arrays with 8-bit indices
+//! the byte, and the frame's CRC tells. The stop byte goes past the ring: it
+//! works however much waits there. The rings are arrays with 8-bit indices
 //! instead of `heapless::spsc`, whose 16-bit ones an AVR cannot move in one
-//! instruction: an interrupt for every byte has 87 us to spare.
+//! instruction: an interrupt for every byte has 87 us to spare. Each index has
+//! one writer, so neither side has to hold off the other.
 
 use avr_device::atmega328p::{USART0, usart0};
-use avr_device::interrupt::{self, CriticalSection, Mutex};
-use core::cell::Cell;
+use avr_device::interrupt;
 
+use super::shared::Shared;
 use firmware::hal::SerialRing;
+use protocol::frame::STOP_BYTE;
 
-const RING_LEN: usize = 128;
-const MASK: u8 = (RING_LEN - 1) as u8;
-const _: () = assert!(RING_LEN.is_power_of_two() && RING_LEN <= 128);
+/// The longest turn of the main loop under a flood is 3 ms: 35 bytes.
+const RECEIVED_LEN: usize = 64;
+/// A long answer and a telemetry frame.
+const TO_SEND_LEN: usize = 128;
+/// Bytes that are worth reading without the end of a frame among them.
+const MANY: u8 = RECEIVED_LEN as u8 / 2;
 
 /// 16 MHz / (8 * (16 + 1)) = 117,647 baud: 2.1 % fast.
 const BAUD_DIVISOR: u16 = 16;
 
-struct Ring {
-    bytes: Cell<[u8; RING_LEN]>,
-    head: Cell<u8>,
-    tail: Cell<u8>,
+/// One side pushes, the other pops; one place always stays empty.
+struct Ring<const LEN: usize> {
+    bytes: [Shared; LEN],
+    head: Shared,
+    tail: Shared,
 }
 
-impl Ring {
-    const fn new() -> Self {
-        Self { bytes: Cell::new([0; RING_LEN]), head: Cell::new(0), tail: Cell::new(0) }
-    }
+impl<const LEN: usize> Ring<LEN> {
+    const MASK: u8 = {
+        assert!(LEN.is_power_of_two() && LEN <= 128);
+        (LEN - 1) as u8
+    };
 
-    fn places(&self) -> &[Cell<u8>] {
-        let bytes: &Cell<[u8]> = &self.bytes;
-        bytes.as_slice_of_cells()
+    const fn new() -> Self {
+        Self { bytes: [const { Shared::new(0) }; LEN], head: Shared::new(0), tail: Shared::new(0) }
     }
 
     fn len(&self) -> u8 {
-        self.head.get().wrapping_sub(self.tail.get()) & MASK
+        self.head.get().wrapping_sub(self.tail.get()) & Self::MASK
+    }
+
+    /// The place at `index`, which is always within.
+    #[inline(always)]
+    fn place(&self, index: u8) -> &Shared {
+        &self.bytes[usize::from(index & Self::MASK)]
     }
 
     #[inline(always)]
     fn push(&self, byte: u8) -> bool {
         let head = self.head.get();
-        let next = head.wrapping_add(1) & MASK;
+        let next = head.wrapping_add(1) & Self::MASK;
         let has_room = next != self.tail.get();
         if has_room {
-            self.places()[usize::from(head & MASK)].set(byte);
+            self.place(head).set(byte);
             self.head.set(next);
         }
         has_room
@@ -56,14 +69,22 @@ impl Ring {
         if tail == self.head.get() {
             return None;
         }
-        let byte = self.places()[usize::from(tail & MASK)].get();
-        self.tail.set(tail.wrapping_add(1) & MASK);
+        let byte = self.place(tail).get();
+        self.tail.set(tail.wrapping_add(1) & Self::MASK);
         Some(byte)
     }
 }
 
-static RECEIVED: Mutex<Ring> = Mutex::new(Ring::new());
-static TO_SEND: Mutex<Ring> = Mutex::new(Ring::new());
+static RECEIVED: Ring<RECEIVED_LEN> = Ring::new();
+static TO_SEND: Ring<TO_SEND_LEN> = Ring::new();
+/// Ends of frames among the bytes received: put in by the interrupt, and taken
+/// out by the main loop.
+static ENDS_IN: Shared = Shared::new(0);
+static ENDS_OUT: Shared = Shared::new(0);
+/// Whether the stop byte came.
+static STOPPED: Shared = Shared::new(0);
+/// Bytes lost, low and high.
+static DROPPED: [Shared; 2] = [const { Shared::new(0) }; 2];
 
 fn registers() -> &'static usart0::RegisterBlock {
     // SAFETY: the registers are there for good; UCSR0B is only ever written
@@ -73,6 +94,7 @@ fn registers() -> &'static usart0::RegisterBlock {
 
 /// Receiver and transmitter on; interrupts for received bytes and, while there
 /// is something to send, for the empty transmit register.
+#[inline(always)]
 fn enable(sending: bool) {
     registers()
         .ucsr0b()
@@ -81,17 +103,30 @@ fn enable(sending: bool) {
 
 #[avr_device::interrupt(atmega328p)]
 fn USART_RX() {
-    // SAFETY: interrupts are off inside an interrupt, and stay off.
-    let cs = unsafe { CriticalSection::new() };
-    let byte = registers().udr0().read().bits();
-    RECEIVED.borrow(cs).push(byte);
+    let usart = registers();
+    // The overrun flag belongs to the byte: it goes when that is read.
+    let is_overrun = usart.ucsr0a().read().dor0().bit_is_set();
+    let byte = usart.udr0().read().bits();
+    let mut is_lost = is_overrun;
+    if byte == STOP_BYTE {
+        STOPPED.set(1);
+    } else if !RECEIVED.push(byte) {
+        is_lost = true;
+    } else if byte == 0 {
+        ENDS_IN.set(ENDS_IN.get().wrapping_add(1));
+    }
+    if is_lost {
+        let [low, high] = &DROPPED;
+        low.set(low.get().wrapping_add(1));
+        if low.get() == 0 {
+            high.set(high.get().wrapping_add(1));
+        }
+    }
 }
 
 #[avr_device::interrupt(atmega328p)]
 fn USART_UDRE() {
-    // SAFETY: interrupts are off inside an interrupt, and stay off.
-    let cs = unsafe { CriticalSection::new() };
-    match TO_SEND.borrow(cs).pop() {
+    match TO_SEND.pop() {
         Some(byte) => {
             registers().udr0().write(|w| w.set(byte));
         }
@@ -115,29 +150,50 @@ impl Usart {
 }
 
 impl SerialRing for Usart {
-    fn read(&mut self) -> Option<u8> {
-        interrupt::free(|cs| RECEIVED.borrow(cs).pop())
+    fn is_worth_reading(&mut self) -> bool {
+        ENDS_IN.get() != ENDS_OUT.get() || RECEIVED.len() >= MANY
     }
 
-    fn room(&self) -> usize {
-        let len = interrupt::free(|cs| TO_SEND.borrow(cs).len());
-        RING_LEN - 1 - usize::from(len)
+    fn received(&mut self) -> impl Iterator<Item = u8> {
+        let head = RECEIVED.head.get();
+        let mut tail = RECEIVED.tail.get();
+        core::iter::from_fn(move || {
+            if tail == head {
+                return None;
+            }
+            let byte = RECEIVED.place(tail).get();
+            tail = tail.wrapping_add(1) & Ring::<RECEIVED_LEN>::MASK;
+            RECEIVED.tail.set(tail);
+            if byte == 0 {
+                ENDS_OUT.set(ENDS_OUT.get().wrapping_add(1));
+            }
+            Some(byte)
+        })
     }
 
-    fn write(&mut self, byte: u8) {
-        interrupt::free(|cs| TO_SEND.borrow(cs).push(byte));
+    fn room(&self) -> u8 {
+        Ring::<TO_SEND_LEN>::MASK - TO_SEND.len()
+    }
+
+    fn place(&mut self, at: u8, byte: u8) {
+        TO_SEND.place(TO_SEND.head.get().wrapping_add(at)).set(byte);
+    }
+
+    fn send(&mut self, len: u8) {
+        TO_SEND.head.set(TO_SEND.head.get().wrapping_add(len) & Ring::<TO_SEND_LEN>::MASK);
         enable(true);
     }
 
-    fn is_worth_reading(&mut self) -> bool {
-        interrupt::free(|cs| RECEIVED.borrow(cs).len()) > 0
-    }
-
     fn take_stop(&mut self) -> bool {
-        false
+        // One that comes in between is the same stop.
+        let is_stopped = STOPPED.get() != 0;
+        if is_stopped {
+            STOPPED.set(0);
+        }
+        is_stopped
     }
 
     fn dropped(&self) -> u16 {
-        0
+        interrupt::free(|_| u16::from_le_bytes(DROPPED.each_ref().map(Shared::get)))
     }
 }

@@ -145,6 +145,10 @@ impl Bus for SimBoard {
         }
     }
 
+    fn readings(&self) -> u8 {
+        self.readings.len() as u8
+    }
+
     fn take_reading(&mut self) -> Option<Reading> {
         self.readings.pop_front()
     }

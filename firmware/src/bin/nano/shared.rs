@@ -1,0 +1,37 @@
+//! A byte that interrupts and the main loop share.
+//!
+//! An AVR loads and stores a byte in one instruction, so whoever only does that
+//! needs no critical section; core's atomics have one all the same, 4 cycles and
+//! two registers each. Refuses more: what is read, changed and written back has
+//! one writer, or interrupts off.
+
+use core::cell::UnsafeCell;
+
+/// The byte.
+pub struct Shared(UnsafeCell<u8>);
+
+// SAFETY: there is one core, and each access is one instruction that no
+// interrupt can divide.
+unsafe impl Sync for Shared {}
+
+impl Shared {
+    /// With a start value.
+    pub const fn new(value: u8) -> Self {
+        Self(UnsafeCell::new(value))
+    }
+
+    /// What it holds now.
+    #[inline(always)]
+    pub fn get(&self) -> u8 {
+        // SAFETY: valid for as long as `self`; volatile, for it changes behind
+        // the compiler's back.
+        unsafe { self.0.get().read_volatile() }
+    }
+
+    /// Writes it, after every access before in the program's order.
+    #[inline(always)]
+    pub fn set(&self, value: u8) {
+        // SAFETY: as above.
+        unsafe { self.0.get().write_volatile(value) };
+    }
+}
