@@ -200,9 +200,15 @@ impl App {
             self.halt(WalkEnd::StopByte);
         }
         self.use_bus(board);
-        self.listen(board);
+        // Looked at here, not in there: most turns have nothing to do, and a flood
+        // pays for the turns beside its own.
+        if board.serial().is_worth_reading() {
+            self.listen(board);
+        }
         self.save(board);
-        self.report(board);
+        if !self.events.is_empty() {
+            self.report(board);
+        }
         board.watchdog().feed(self.servos_on());
     }
 
@@ -332,9 +338,15 @@ impl App {
         Ok(())
     }
 
-    #[inline(never)]
     fn save(&mut self, board: &mut impl Board) {
         self.save_trial(board);
+        if self.store.saving().is_some() {
+            self.save_on(board);
+        }
+    }
+
+    #[inline(never)]
+    fn save_on(&mut self, board: &mut impl Board) {
         let record;
         let payload: &[u8] = match self.store.saving() {
             None => return,

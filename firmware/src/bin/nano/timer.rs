@@ -93,7 +93,11 @@ impl Timer {
 
 impl FrameClock for Timer {
     fn take_frames(&mut self) -> u8 {
-        interrupt::free(|cs| FRAMES.borrow(cs).replace(0))
+        let frames = interrupt::free(|cs| FRAMES.borrow(cs).replace(0));
+        if frames > 0 {
+            super::stack::age();
+        }
+        frames
     }
 
     fn left_us(&mut self) -> u16 {
