@@ -194,7 +194,7 @@ fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
     client.run_for(&mut robot, 2.0).unwrap();
 
     assert!(robot.nano_mut().hang(), "the image has no endless loop to hang in");
-    robot.run_for(0.1).unwrap();
+    robot.run_for(0.05).unwrap();
     let pulses_on = robot.nano().bus().pca9685.drives_any();
     let mut client = Client::new();
     client.run_for(&mut robot, 0.1).unwrap();
