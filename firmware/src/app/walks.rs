@@ -122,11 +122,8 @@ impl App {
     pub(super) fn depend_on_link(&mut self, frames: u8) {
         self.silent_frames = self.silent_frames.saturating_add(frames);
         if !self.detached && self.silent_frames >= LINK_TIMEOUT_FRAMES {
-            self.nudge = None;
-            if self.player.is_walking() {
-                self.ending = Some(WalkEnd::LinkLost);
-                self.player.stop();
-            }
+            // Where it is: with nobody there to watch, every further step is one too many.
+            self.halt(WalkEnd::LinkLost);
         }
     }
 
