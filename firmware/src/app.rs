@@ -234,7 +234,7 @@ impl App {
     }
 
     #[inline(never)]
-    fn start_frame(&mut self, board: &mut impl Board, frames: u8) {
+    fn start_frame<B: Board>(&mut self, board: &mut B, frames: u8) {
         self.close_frame(board);
         self.uptime_frames = self.uptime_frames.wrapping_add(u32::from(frames));
         self.live = self.staged;
@@ -243,7 +243,7 @@ impl App {
         self.send_telemetry(board);
         self.watch_button(board);
         self.depend_on_link(frames);
-        self.advance();
+        self.advance::<B::Product>();
         self.stage(board);
         let (is_lit, servos_on) = (self.is_lit(), self.servos_on());
         board.panel().light(is_lit);

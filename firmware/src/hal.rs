@@ -6,6 +6,8 @@
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
+use protocol::gait::Product;
+
 use crate::servos::ServoBurst;
 
 /// The frame timer, 60 frames a second without drift.
@@ -126,6 +128,8 @@ pub trait Panel {
 pub trait Board {
     /// The bus with both chips.
     type Bus: Bus;
+    /// How its processor multiplies.
+    type Product: Product;
     /// The frame timer.
     type Clock: FrameClock;
     /// Waits of microseconds, where a chip asks for them.

@@ -5,7 +5,7 @@
 //! approached at bounded joint speed; only the gait itself sets the speed of
 //! walking. Refuses nothing: what may start when is for [`crate::app`] to say.
 
-use protocol::gait::{Encoded, scaled_phase_step};
+use protocol::gait::{Encoded, Product, scaled_phase_step};
 use protocol::{Amplitude, Angle, JOINT_COUNT, Joint, Speed};
 
 use crate::limits::{AMPLITUDE_STEP_UNITS, ENTRY_STEP_UNITS, HOLD_FRAMES, SPEED_STEP_UNITS};
@@ -206,13 +206,13 @@ impl Player {
     }
 
     /// Moves on by one frame.
-    pub fn step(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
-        let step = self.next(gait, stream);
+    pub fn step<P: Product>(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
+        let step = self.next::<P>(gait, stream);
         self.is_on = step.0.servos_on;
         step
     }
 
-    fn next(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
+    fn next<P: Product>(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
         match self.mode {
             Mode::Limp => (Frame::LIMP, Outcome::Goes),
             Mode::Holding(0) => {
@@ -227,9 +227,9 @@ impl Player {
                 // Wherever it stands, it waits for the first setpoint there.
                 (Frame { servos_on: self.is_on, ..self.still() }, Outcome::Goes)
             }
-            Mode::Entering | Mode::Stopping => self.approach(gait, stream),
+            Mode::Entering | Mode::Stopping => self.approach::<P>(gait, stream),
             Mode::Walking if self.streams => self.step_stream(stream),
-            Mode::Walking => self.step_gait(gait),
+            Mode::Walking => self.step_gait::<P>(gait),
         }
     }
 
@@ -238,7 +238,7 @@ impl Player {
     }
 
     /// One step towards where the mode leads.
-    fn approach(&mut self, gait: &Encoded, stream: &Upload) -> (Frame, Outcome) {
+    fn approach<P: Product>(&mut self, gait: &Encoded, stream: &Upload) -> (Frame, Outcome) {
         let amplitude = self.amplitude();
         let mut arrived = true;
         for joint in Joint::ALL {
@@ -247,7 +247,7 @@ impl Player {
             } else if self.streams {
                 stream.next_setpoint(joint.index())
             } else {
-                gait.limited(joint, gait.setpoint(joint, 0, amplitude))
+                gait.limited(joint, gait.setpoint_by::<P>(joint, 0, amplitude))
             };
             let pose = &mut self.pose[joint.index()];
             *pose = step_towards(*pose, target);
@@ -279,7 +279,7 @@ impl Player {
         (Frame { gait: true, ..self.still() }, Outcome::Goes)
     }
 
-    fn step_gait(&mut self, gait: &Encoded) -> (Frame, Outcome) {
+    fn step_gait<P: Product>(&mut self, gait: &Encoded) -> (Frame, Outcome) {
         self.speed_units = slide(self.speed_units, self.speed_target, SPEED_STEP_UNITS);
         if self.speed_units == 0 {
             return (self.still(), Outcome::Goes);
@@ -288,7 +288,7 @@ impl Player {
         let phase = (self.phase_q32 >> 16) as u16;
         let mut clipped = false;
         for joint in Joint::ALL {
-            let asked = gait.setpoint(joint, phase, amplitude);
+            let asked = gait.setpoint_by::<P>(joint, phase, amplitude);
             let limited = gait.limited(joint, asked);
             clipped |= limited != asked;
             self.pose[joint.index()] = limited;

@@ -27,7 +27,7 @@ mod sampled;
 mod table;
 mod units;
 
-pub use curve::{Coefficient, JointCurve};
+pub use curve::{Coefficient, JointCurve, PlainProduct, Product};
 pub use encoded::Encoded;
 pub use sampled::{MAX_ROWS, Rows, STEP_UNITS_PER_DEG, SampledTable};
 pub use table::GaitTable;

@@ -3,6 +3,7 @@
 //! Owns the rules, none of the motion, which is [`crate::player`]'s. Whatever
 //! ends a walk leaves a reason: told at once, and kept with the trial.
 
+use protocol::gait::Product;
 use protocol::trial::TRIAL_LEN;
 use protocol::{Amplitude, Event, FRAME_RATE_HZ, LINK_TIMEOUT_FRAMES, Refusal, TrialRecord, WalkEnd};
 
@@ -85,12 +86,12 @@ impl App {
     }
 
     /// Computes the coming frame.
-    pub(super) fn advance(&mut self) {
+    pub(super) fn advance<P: Product>(&mut self) {
         if self.nudge.is_some() {
             self.staged = Frame { servos_on: true, ..Frame::LIMP };
             return;
         }
-        let (mut frame, outcome) = self.player.step(&self.gait, &mut self.upload);
+        let (mut frame, outcome) = self.player.step::<P>(&self.gait, &mut self.upload);
         match outcome {
             Outcome::Goes => {}
             Outcome::Finished => self.ending = Some(WalkEnd::Finished),

@@ -64,13 +64,13 @@ impl JointCurve {
 
     fn deviation_q17(&self, phase: u16) -> i32 {
         let [first, others @ ..] = &self.coefficients;
-        deviation_q17(phase, first.0, others.iter().rev().map(|c| c.0))
+        deviation_q17::<PlainProduct>(phase, first.0, others.iter().rev().map(|c| c.0))
     }
 
     /// Asked angle at `phase` (1/65536 of a stride), before any limit.
     #[must_use]
     pub fn setpoint(&self, phase: u16, amplitude: Amplitude) -> Angle {
-        scaled(self.centre, self.deviation_q17(phase), amplitude)
+        scaled::<PlainProduct>(self.centre, self.deviation_q17(phase), amplitude)
     }
 
     /// Asked angle held within the joint's limits.
@@ -98,36 +98,50 @@ pub(super) const fn are_valid_limits(centre: Angle, min: Angle, max: Angle) -> b
 /// order 0 apart. The intermediate values stay below 64 degrees * (1 + ... + 11)
 /// = 4,224 degrees, 30 bits: nothing overflows.
 #[inline(always)]
-pub(super) fn deviation_q17(phase: u16, first: i16, others_reversed: impl Iterator<Item = i16>) -> i32 {
+pub(super) fn deviation_q17<P: Product>(
+    phase: u16,
+    first: i16,
+    others_reversed: impl Iterator<Item = i16>,
+) -> i32 {
     // Phase 0..65536 is x = -1..1 in Q15, exactly.
     let x_q15 = (phase ^ 0x8000) as i16;
     let (mut b1, mut b2) = (0_i32, 0_i32);
     for coefficient in others_reversed {
         // b * x / 2^16 is half of x * b: four times that is 2 x b.
-        let twice = times(b1, x_q15) << 2;
+        let twice = P::of(b1, x_q15) << 2;
         let next = twice.wrapping_sub(b2).wrapping_add((coefficient as i32) << 8);
         b2 = b1;
         b1 = next;
     }
-    (times(b1, x_q15) << 1).wrapping_sub(b2).wrapping_add((first as i32) << 8)
+    (P::of(b1, x_q15) << 1).wrapping_sub(b2).wrapping_add((first as i32) << 8)
 }
 
 /// `centre + amplitude * deviation`, to the nearest 1/256 degree.
-pub(super) fn scaled(centre: Angle, deviation_q17: i32, amplitude: Amplitude) -> Angle {
+pub(super) fn scaled<P: Product>(centre: Angle, deviation_q17: i32, amplitude: Amplitude) -> Angle {
     // 3 * 8192 fits an i16, so the same product serves: Q17 * Q13 / 2^16 is Q14.
-    let sum_q14 = ((centre.0 as i32) << 6).wrapping_add(times(deviation_q17, amplitude.0 as i16));
+    let sum_q14 = ((centre.0 as i32) << 6).wrapping_add(P::of(deviation_q17, amplitude.0 as i16));
     let units = sum_q14.wrapping_add(32) >> 6;
     Angle(units.clamp(i16::MIN as i32, i16::MAX as i32) as i16)
 }
 
-/// `value * factor / 2^16`, rounded to nearest, without a 64-bit product.
-///
-/// AVR multiplies 8 by 8 bits: two 16 x 16 products cost a third of an `i64`,
-/// and a shift by 16 nothing, where one by 14 is a loop.
-#[inline(always)]
-fn times(value: i32, factor: i16) -> i32 {
-    let high = (value >> 16) as i16 as i32 * factor as i32;
-    let low = (value as u16) as i32 * factor as i32;
-    // 65,535 * 32,767 + 2^15 is below 2^31.
-    high.wrapping_add((low + 0x8000) >> 16)
+/// How 32 bits are multiplied by 16: a processor may have a shorter way.
+pub trait Product {
+    /// `value * factor / 2^16`, rounded to the nearest, up at half.
+    ///
+    /// The quotient's lowest 32 bits, should it have more.
+    fn of(value: i32, factor: i16) -> i32;
+}
+
+/// [`Product`] by plain integers, without one of 64 bits.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainProduct;
+
+impl Product for PlainProduct {
+    #[inline(always)]
+    fn of(value: i32, factor: i16) -> i32 {
+        let high = (value >> 16) as i16 as i32 * factor as i32;
+        let low = (value as u16) as i32 * factor as i32;
+        // 65,535 * 32,767 + 2^15 is below 2^31.
+        high.wrapping_add((low + 0x8000) >> 16)
+    }
 }

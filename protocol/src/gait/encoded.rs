@@ -14,7 +14,7 @@
 //! | 23.. | 8 x (centre, min, max, 11 coefficients) | highest angle; 8 centres; row count; rows of 8 |
 //! | last 4 | CRC-32 | CRC-32 |
 
-use super::curve::{self, are_valid_limits};
+use super::curve::{self, PlainProduct, Product, are_valid_limits};
 use super::sampled::{MAX_ROWS, check_limits};
 use super::{
     Amplitude, Angle, COEFFICIENT_COUNT, GaitError, GaitTable, MAX_ENCODED_LEN, MAX_PERIOD_US, MIN_PERIOD_US,
@@ -111,9 +111,15 @@ impl Encoded {
     /// Asked angle of `joint` at `phase` (1/65536 of a stride), before any limit.
     #[must_use]
     pub fn setpoint(&self, joint: Joint, phase: u16, amplitude: Amplitude) -> Angle {
+        self.setpoint_by::<PlainProduct>(joint, phase, amplitude)
+    }
+
+    /// [`Self::setpoint`] with a processor's own way to multiply.
+    #[must_use]
+    pub fn setpoint_by<P: Product>(&self, joint: Joint, phase: u16, amplitude: Amplitude) -> Angle {
         let deviation_q17 =
-            if self.is_sampled() { self.samples_q17(joint, phase) } else { self.curve_q17(joint, phase) };
-        curve::scaled(self.centre(joint), deviation_q17, amplitude)
+            if self.is_sampled() { self.samples_q17(joint, phase) } else { self.curve_q17::<P>(joint, phase) };
+        curve::scaled::<P>(self.centre(joint), deviation_q17, amplitude)
     }
 
     /// Angle that the amplitude scales about.
@@ -143,12 +149,12 @@ impl Encoded {
         i16::from_le_bytes(*word.unwrap_or(&[0; 2]))
     }
 
-    fn curve_q17(&self, joint: Joint, phase: u16) -> i32 {
+    fn curve_q17<P: Product>(&self, joint: Joint, phase: u16) -> i32 {
         let coefficients = self.bytes.get(curve_at(joint) + 6..).unwrap_or(&[]);
         let (coefficients, _) = coefficients.as_chunks::<2>();
         let Some([first, others @ ..]) = coefficients.first_chunk::<COEFFICIENT_COUNT>() else { return 0 };
         let others = others.iter().rev().map(|&word| i16::from_le_bytes(word));
-        curve::deviation_q17(phase, i16::from_le_bytes(*first), others)
+        curve::deviation_q17::<P>(phase, i16::from_le_bytes(*first), others)
     }
 
     fn samples_q17(&self, joint: Joint, phase: u16) -> i32 {

@@ -333,6 +333,7 @@ impl Panel for SimBoard {
 
 /// One struct is the whole board: what is shared, above all the time, is shared.
 impl Board for SimBoard {
+    type Product = protocol::gait::PlainProduct;
     type Bus = Self;
     type Clock = Self;
     type Delay = SimDelay;

@@ -18,6 +18,7 @@
 
 mod eeprom;
 mod panel;
+mod product;
 mod reset;
 mod shared;
 mod stack;
@@ -41,6 +42,7 @@ struct Nano {
 }
 
 impl Board for Nano {
+    type Product = product::Mul;
     type Bus = twi::Twi;
     type Clock = timer::Timer;
     type Delay = timer::Delay;
