@@ -8,6 +8,7 @@
 use core::cell::UnsafeCell;
 
 /// The byte.
+#[repr(transparent)]
 pub struct Shared(UnsafeCell<u8>);
 
 // SAFETY: there is one core, and each access is one instruction that no

@@ -7,12 +7,13 @@
 //! instruction: an interrupt for every byte has 87 us to spare. Each index has
 //! one writer, so neither side has to hold off the other.
 
+mod handlers;
+
 use avr_device::atmega328p::{USART0, usart0};
 use avr_device::interrupt;
 
 use super::shared::Shared;
 use firmware::hal::SerialRing;
-use protocol::frame::STOP_BYTE;
 
 /// The longest turn of the main loop under a flood is 3 ms: 35 bytes.
 const RECEIVED_LEN: usize = 64;
@@ -25,6 +26,7 @@ const MANY: u8 = RECEIVED_LEN as u8 / 2;
 const BAUD_DIVISOR: u16 = 16;
 
 /// One side pushes, the other pops; one place always stays empty.
+#[repr(C)]
 struct Ring<const LEN: usize> {
     bytes: [Shared; LEN],
     head: Shared,
@@ -50,29 +52,6 @@ impl<const LEN: usize> Ring<LEN> {
     fn place(&self, index: u8) -> &Shared {
         &self.bytes[usize::from(index & Self::MASK)]
     }
-
-    #[inline(always)]
-    fn push(&self, byte: u8) -> bool {
-        let head = self.head.get();
-        let next = head.wrapping_add(1) & Self::MASK;
-        let has_room = next != self.tail.get();
-        if has_room {
-            self.place(head).set(byte);
-            self.head.set(next);
-        }
-        has_room
-    }
-
-    #[inline(always)]
-    fn pop(&self) -> Option<u8> {
-        let tail = self.tail.get();
-        if tail == self.head.get() {
-            return None;
-        }
-        let byte = self.place(tail).get();
-        self.tail.set(tail.wrapping_add(1) & Self::MASK);
-        Some(byte)
-    }
 }
 
 static RECEIVED: Ring<RECEIVED_LEN> = Ring::new();
@@ -92,46 +71,15 @@ fn registers() -> &'static usart0::RegisterBlock {
     unsafe { &*USART0::ptr() }
 }
 
-/// Receiver and transmitter on; interrupts for received bytes and, while there
-/// is something to send, for the empty transmit register.
-#[inline(always)]
+/// UCSR0B: receiver and transmitter on, an interrupt for every byte received.
+const RECEIVE_ONLY: u8 = 0b1001_1000;
+
+/// As [`RECEIVE_ONLY`], and an interrupt for the empty transmit register while
+/// there is something to send.
 fn enable(sending: bool) {
     registers()
         .ucsr0b()
         .write(|w| w.rxen0().set_bit().txen0().set_bit().rxcie0().set_bit().udrie0().bit(sending));
-}
-
-#[avr_device::interrupt(atmega328p)]
-fn USART_RX() {
-    let usart = registers();
-    // The overrun flag belongs to the byte: it goes when that is read.
-    let is_overrun = usart.ucsr0a().read().dor0().bit_is_set();
-    let byte = usart.udr0().read().bits();
-    let mut is_lost = is_overrun;
-    if byte == STOP_BYTE {
-        STOPPED.set(1);
-    } else if !RECEIVED.push(byte) {
-        is_lost = true;
-    } else if byte == 0 {
-        ENDS_IN.set(ENDS_IN.get().wrapping_add(1));
-    }
-    if is_lost {
-        let [low, high] = &DROPPED;
-        low.set(low.get().wrapping_add(1));
-        if low.get() == 0 {
-            high.set(high.get().wrapping_add(1));
-        }
-    }
-}
-
-#[avr_device::interrupt(atmega328p)]
-fn USART_UDRE() {
-    match TO_SEND.pop() {
-        Some(byte) => {
-            registers().udr0().write(|w| w.set(byte));
-        }
-        None => enable(false),
-    }
 }
 
 /// The port to the host.
