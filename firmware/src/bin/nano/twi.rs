@@ -17,6 +17,7 @@ use core::cell::Cell;
 use firmware::hal::{BurstState, Bus, Reading};
 use firmware::servos::ServoBurst;
 
+use super::shared::Shared;
 use super::timer::TICKS_PER_US;
 pub use chain::start_burst;
 pub use master::Twi;
@@ -29,28 +30,25 @@ const BIT_RATE: u8 = 12;
 const BURST_LEN: u8 = size_of::<ServoBurst>() as u8;
 
 /// Who drives the bus.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Owner {
-    Nobody,
-    Main,
-    Burst,
-    Reading,
+mod owner {
+    pub const NOBODY: u8 = 0;
+    pub const MAIN: u8 = 1;
+    pub const BURST: u8 = 2;
+    pub const READING: u8 = 3;
     /// A transfer did not end; the lines are being clocked free.
-    Freeing,
+    pub const FREEING: u8 = 4;
 }
 
-static OWNER: Mutex<Cell<Owner>> = Mutex::new(Cell::new(Owner::Nobody));
+static OWNER: Shared = Shared::new(owner::NOBODY);
 static OUTCOME: Mutex<Cell<BurstState>> = Mutex::new(Cell::new(BurstState::Done));
-/// A frame started while somebody else had the bus.
-static LATE: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
 static ERRORS: Mutex<Cell<u16>> = Mutex::new(Cell::new(0));
 
 /// Both bursts, one behind the other.
-static BURSTS: Mutex<Cell<[u8; 2 * BURST_LEN as usize]>> = Mutex::new(Cell::new([0; 2 * BURST_LEN as usize]));
-/// Where the one on the wire begins.
-static FRONT: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static BURSTS: [Shared; 2 * BURST_LEN as usize] = [const { Shared::new(0) }; 2 * BURST_LEN as usize];
+/// Where the one on the wire begins; the handlers' own.
+static FRONT: Shared = Shared::new(0);
 /// Whether the other one is complete.
-static FRESH: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
+static FRESH: Shared = Shared::new(0);
 
 /// Four bytes a reading, as they came: the bus voltage, then the shunt's.
 const READING_LEN: u8 = 4;
@@ -59,11 +57,11 @@ const RING_LEN: u8 = 8 * READING_LEN;
 const RING_MASK: u8 = RING_LEN - 1;
 const _: () = assert!(RING_LEN.is_power_of_two());
 
-static READINGS: Mutex<Cell<[u8; RING_LEN as usize]>> = Mutex::new(Cell::new([0; RING_LEN as usize]));
-/// Where the next reading goes.
-static HEAD: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
-/// The oldest that nobody has seen.
-static TAIL: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static READINGS: [Shared; RING_LEN as usize] = [const { Shared::new(0) }; RING_LEN as usize];
+/// Where the next reading goes; the handlers' own.
+static HEAD: Shared = Shared::new(0);
+/// The oldest that nobody has seen; the main loop's own.
+static TAIL: Shared = Shared::new(0);
 
 fn registers() -> &'static twi::RegisterBlock {
     // SAFETY: the registers are there for good; who may use them is in `OWNER`.
@@ -71,15 +69,9 @@ fn registers() -> &'static twi::RegisterBlock {
 }
 
 #[inline(always)]
-fn bursts(cs: CriticalSection<'_>) -> &[Cell<u8>] {
-    let bytes: &Cell<[u8]> = BURSTS.borrow(cs);
-    bytes.as_slice_of_cells()
-}
-
-#[inline(always)]
-fn readings(cs: CriticalSection<'_>) -> &[Cell<u8>] {
-    let bytes: &Cell<[u8]> = READINGS.borrow(cs);
-    bytes.as_slice_of_cells()
+fn count_error(cs: CriticalSection<'_>) {
+    let errors = ERRORS.borrow(cs);
+    errors.set(errors.get().saturating_add(1));
 }
 
 /// Asks for a START, first or repeated; the interrupt goes on with it.
@@ -119,18 +111,12 @@ fn status() -> u8 {
 impl Bus for Twi {
     fn stage(&mut self, burst: &ServoBurst) {
         // A frame that starts while this is copied repeats the burst before.
-        let back = interrupt::free(|cs| {
-            FRESH.borrow(cs).set(false);
-            BURST_LEN - FRONT.borrow(cs).get()
-        });
-        for (index, &byte) in (back..).zip(burst) {
-            interrupt::free(|cs| {
-                if let Some(place) = bursts(cs).get(usize::from(index)) {
-                    place.set(byte);
-                }
-            });
+        FRESH.set(0);
+        let back = BURST_LEN - FRONT.get();
+        for (place, &byte) in BURSTS.iter().skip(usize::from(back)).zip(burst) {
+            place.set(byte);
         }
-        interrupt::free(|cs| FRESH.borrow(cs).set(true));
+        FRESH.set(1);
     }
 
     fn burst(&mut self) -> BurstState {
@@ -138,23 +124,21 @@ impl Bus for Twi {
     }
 
     fn readings(&self) -> u8 {
-        let (head, tail) = interrupt::free(|cs| (HEAD.borrow(cs).get(), TAIL.borrow(cs).get()));
-        (head.wrapping_sub(tail) & RING_MASK) / READING_LEN
+        (HEAD.get().wrapping_sub(TAIL.get()) & RING_MASK) / READING_LEN
     }
 
     fn take_reading(&mut self) -> Option<Reading> {
-        let at = interrupt::free(|cs| TAIL.borrow(cs).get());
-        if at == interrupt::free(|cs| HEAD.borrow(cs).get()) {
+        let at = TAIL.get();
+        if at == HEAD.get() {
             return None;
         }
-        let byte =
-            |index: u8| interrupt::free(|cs| readings(cs).get(usize::from(at + index)).map_or(0, Cell::get));
-        let reading = Reading {
-            bus: u16::from_be_bytes([byte(0), byte(1)]),
-            shunt: i16::from_be_bytes([byte(2), byte(3)]),
-        };
-        interrupt::free(|cs| TAIL.borrow(cs).set((at + READING_LEN) & RING_MASK));
-        Some(reading)
+        let bytes = READINGS.get(usize::from(at)..)?.first_chunk::<{ READING_LEN as usize }>()?;
+        let [bus_high, bus_low, shunt_high, shunt_low] = bytes.each_ref().map(Shared::get);
+        TAIL.set((at + READING_LEN) & RING_MASK);
+        Some(Reading {
+            bus: u16::from_be_bytes([bus_high, bus_low]),
+            shunt: i16::from_be_bytes([shunt_high, shunt_low]),
+        })
     }
 
     fn errors(&self) -> u16 {

@@ -10,20 +10,22 @@
 //! Nine readings stand 1.85 ms apart, from one frame to the next as well, so
 //! that none of the frame counts more than the rest. The last one begins
 //! 0.65 ms before the next burst, and takes 0.4 ms.
+//!
+//! Everything here is the handlers', but for [`hand_over`].
 
-use avr_device::interrupt::{CriticalSection, Mutex};
-use core::cell::Cell;
+use avr_device::interrupt::CriticalSection;
 
 use firmware::hal::BurstState;
 use firmware::power::{self, READINGS_PER_FRAME};
 use firmware::servos;
 
 use super::{
-    ADDRESS_R_ACK, ADDRESS_R_NACK, ADDRESS_W_ACK, ADDRESS_W_NACK, BURST_LEN, BURST_TICKS, DATA_R_ACK,
-    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, ERRORS, FRESH, FRONT, HEAD, LATE, OUTCOME, OWNER, Owner,
-    READING_LEN, REPEATED_START, RING_MASK, START, TAIL, bursts, free, let_go, readings, registers,
-    request_start, send_stop, status,
+    ADDRESS_R_ACK, ADDRESS_R_NACK, ADDRESS_W_ACK, ADDRESS_W_NACK, BURST_LEN, BURST_TICKS, BURSTS, DATA_R_ACK,
+    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, FRESH, FRONT, HEAD, OUTCOME, OWNER, READING_LEN, READINGS,
+    REPEATED_START, RING_MASK, START, TAIL, count_error, free, let_go, owner, registers, request_start,
+    send_stop, status,
 };
+use crate::shared::Shared;
 use crate::timer::{self, FRAME_TICKS};
 
 /// Half of the way from one reading to the next.
@@ -38,15 +40,17 @@ const _: () =
     assert!(BURST_TICKS + (TICKS as u16 - 1) * TICK_TICKS + 500 * timer::TICKS_PER_US < FRAME_TICKS);
 
 /// What the next START is followed by.
-static ADDRESS: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static ADDRESS: Shared = Shared::new(0);
 /// The next byte of the bursts to send, or of the ring to fill.
-static AT: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static AT: Shared = Shared::new(0);
 /// Where the burst ends.
-static END: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static END: Shared = Shared::new(0);
 /// Ticks of this frame so far.
-static TICK: Mutex<Cell<u8>> = Mutex::new(Cell::new(TICKS));
+static TICK: Shared = Shared::new(TICKS);
 /// The next step of freeing the bus.
-static STEP: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
+static STEP: Shared = Shared::new(free::BEGIN);
+/// A frame started while somebody else had the bus.
+static LATE: Shared = Shared::new(0);
 
 const BUS_REGISTER: u8 = 2;
 const SHUNT_REGISTER: u8 = 1;
@@ -54,14 +58,14 @@ const SHUNT_REGISTER: u8 = 1;
 /// Starts the frame's burst; called by the frame timer.
 #[inline(always)]
 pub fn start_burst(cs: CriticalSection<'_>) {
-    let owner = OWNER.borrow(cs).get();
-    if owner == Owner::Nobody {
-        begin_burst(cs);
-        TICK.borrow(cs).set(0);
+    let user = OWNER.get();
+    if user == owner::NOBODY {
+        begin_burst();
+        TICK.set(0);
         timer::tick_at_frame_plus(cs, BURST_TICKS);
     } else {
-        LATE.borrow(cs).set(true);
-        if owner == Owner::Reading {
+        LATE.set(1);
+        if user == owner::READING {
             // It hangs, or it would be over.
             timer::tick_in(cs, FREE_TICKS);
         }
@@ -70,25 +74,27 @@ pub fn start_burst(cs: CriticalSection<'_>) {
 }
 
 #[inline(always)]
-fn begin_burst(cs: CriticalSection<'_>) {
+fn begin_burst() {
     request_start();
-    OWNER.borrow(cs).set(Owner::Burst);
-    let front = FRONT.borrow(cs);
-    if FRESH.borrow(cs).replace(false) {
-        front.set(BURST_LEN - front.get());
+    OWNER.set(owner::BURST);
+    if FRESH.get() != 0 {
+        FRESH.set(0);
+        FRONT.set(BURST_LEN - FRONT.get());
     }
-    ADDRESS.borrow(cs).set(servos::ADDRESS << 1);
-    AT.borrow(cs).set(front.get());
-    END.borrow(cs).set(front.get() + BURST_LEN);
+    let front = FRONT.get();
+    ADDRESS.set(servos::ADDRESS << 1);
+    AT.set(front);
+    END.set(front + BURST_LEN);
 }
 
 /// The bus is free: a burst that waited for it begins, and has the frame to itself.
 #[inline(always)]
 pub fn hand_over(cs: CriticalSection<'_>) {
-    OWNER.borrow(cs).set(Owner::Nobody);
-    if LATE.borrow(cs).replace(false) {
-        begin_burst(cs);
-        TICK.borrow(cs).set(TICKS);
+    OWNER.set(owner::NOBODY);
+    if LATE.get() != 0 {
+        LATE.set(0);
+        begin_burst();
+        TICK.set(TICKS);
         timer::tick_in(cs, BURST_TICKS);
     }
 }
@@ -96,13 +102,11 @@ pub fn hand_over(cs: CriticalSection<'_>) {
 /// The transfer under way was refused; the bus is free.
 #[inline(always)]
 fn fail(cs: CriticalSection<'_>) {
-    let errors = ERRORS.borrow(cs);
-    errors.set(errors.get().saturating_add(1));
-    let owner = OWNER.borrow(cs);
-    if owner.get() == Owner::Burst {
+    count_error(cs);
+    if OWNER.get() == owner::BURST {
         OUTCOME.borrow(cs).set(BurstState::Failed);
     }
-    owner.set(Owner::Nobody);
+    OWNER.set(owner::NOBODY);
 }
 
 #[inline(always)]
@@ -117,52 +121,51 @@ fn TWI() {
     // SAFETY: interrupts are off inside an interrupt, and stay off.
     let cs = unsafe { CriticalSection::new() };
     let twi = registers();
-    let at = AT.borrow(cs);
-    let next = at.get();
+    let at = AT.get();
     match status() {
         START | REPEATED_START => {
-            twi.twdr().write(|w| w.set(ADDRESS.borrow(cs).get()));
+            twi.twdr().write(|w| w.set(ADDRESS.get()));
             carry_on();
         }
-        ADDRESS_W_ACK | DATA_W_ACK if OWNER.borrow(cs).get() == Owner::Burst => {
-            if next != END.borrow(cs).get()
-                && let Some(byte) = bursts(cs).get(usize::from(next))
+        ADDRESS_W_ACK | DATA_W_ACK if OWNER.get() == owner::BURST => {
+            if at != END.get()
+                && let Some(byte) = BURSTS.get(usize::from(at))
             {
                 twi.twdr().write(|w| w.set(byte.get()));
                 carry_on();
-                at.set(next + 1);
+                AT.set(at + 1);
             } else {
                 send_stop();
                 OUTCOME.borrow(cs).set(BurstState::Done);
-                OWNER.borrow(cs).set(Owner::Nobody);
+                OWNER.set(owner::NOBODY);
             }
         }
         ADDRESS_W_ACK => {
-            let is_first = next % READING_LEN == 0;
+            let is_first = at % READING_LEN == 0;
             twi.twdr().write(|w| w.set(if is_first { BUS_REGISTER } else { SHUNT_REGISTER }));
             carry_on();
         }
         DATA_W_ACK => {
-            ADDRESS.borrow(cs).set(power::ADDRESS << 1 | 1);
+            ADDRESS.set(power::ADDRESS << 1 | 1);
             request_start();
         }
         ADDRESS_R_ACK => {
             twi.twcr().write(|w| w.twint().set_bit().twea().set_bit().twen().set_bit().twie().set_bit());
         }
         code @ (DATA_R_ACK | DATA_R_NACK) => {
-            if let Some(place) = readings(cs).get(usize::from(next)) {
+            if let Some(place) = READINGS.get(usize::from(at)) {
                 place.set(twi.twdr().read().bits());
             }
-            at.set(next + 1);
+            AT.set(at + 1);
             if code == DATA_R_ACK {
                 carry_on();
-            } else if (next + 1) % READING_LEN != 0 {
-                ADDRESS.borrow(cs).set(power::ADDRESS << 1);
+            } else if (at + 1) % READING_LEN != 0 {
+                ADDRESS.set(power::ADDRESS << 1);
                 request_start();
             } else {
                 send_stop();
-                HEAD.borrow(cs).set((next + 1) & RING_MASK);
-                OWNER.borrow(cs).set(Owner::Nobody);
+                HEAD.set((at + 1) & RING_MASK);
+                OWNER.set(owner::NOBODY);
             }
         }
         ADDRESS_W_NACK | ADDRESS_R_NACK | DATA_W_NACK => {
@@ -181,41 +184,38 @@ fn TWI() {
 fn TIMER1_COMPB() {
     // SAFETY: interrupts are off inside an interrupt, and stay off.
     let cs = unsafe { CriticalSection::new() };
-    let owner = OWNER.borrow(cs);
-    let tick = TICK.borrow(cs);
-    let step = STEP.borrow(cs);
-    match owner.get() {
-        Owner::Burst | Owner::Reading => {
+    match OWNER.get() {
+        owner::BURST | owner::READING => {
             let_go();
             fail(cs);
-            owner.set(Owner::Freeing);
-            step.set(free::BEGIN);
-            tick.set(TICKS);
+            OWNER.set(owner::FREEING);
+            STEP.set(free::BEGIN);
+            TICK.set(TICKS);
             timer::tick_in(cs, FREE_TICKS);
         }
-        Owner::Freeing => match free::step(step.get()) {
+        owner::FREEING => match free::step(STEP.get()) {
             Some(next) => {
-                step.set(next);
+                STEP.set(next);
                 timer::tick_in(cs, FREE_TICKS);
             }
             None => hand_over(cs),
         },
         user => {
-            let now = tick.get();
-            if now == TICKS {
+            let tick = TICK.get();
+            if tick == TICKS {
                 return;
             }
-            tick.set(now + 1);
+            TICK.set(tick + 1);
             timer::tick_after(cs, TICK_TICKS);
-            let head = HEAD.borrow(cs).get();
-            let has_room = (head + READING_LEN) & RING_MASK != TAIL.borrow(cs).get();
+            let head = HEAD.get();
+            let has_room = (head + READING_LEN) & RING_MASK != TAIL.get();
             // A STOP may still be on the wire.
-            let is_free = user == Owner::Nobody && registers().twcr().read().twsto().bit_is_clear();
-            if now & 1 == 0 && is_free && has_room {
+            let is_free = user == owner::NOBODY && registers().twcr().read().twsto().bit_is_clear();
+            if tick & 1 == 0 && is_free && has_room {
                 request_start();
-                owner.set(Owner::Reading);
-                ADDRESS.borrow(cs).set(power::ADDRESS << 1);
-                AT.borrow(cs).set(head);
+                OWNER.set(owner::READING);
+                ADDRESS.set(power::ADDRESS << 1);
+                AT.set(head);
             }
         }
     }

@@ -12,8 +12,8 @@ use embedded_hal::i2c::{self, ErrorKind, ErrorType, NoAcknowledgeSource, Operati
 
 use super::{
     ADDRESS_R_ACK, ADDRESS_R_NACK, ADDRESS_W_ACK, ADDRESS_W_NACK, BIT_RATE, BURST_TICKS, DATA_R_ACK,
-    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, ERRORS, OWNER, Owner, REPEATED_START, START, chain, free, let_go,
-    registers, send_stop, status,
+    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, OWNER, REPEATED_START, START, chain, count_error, free, let_go,
+    owner, registers, send_stop, status,
 };
 use crate::timer::{self, TICKS_PER_US};
 
@@ -75,11 +75,10 @@ impl Twi {
     fn claim(&mut self) -> Result<(), TwiError> {
         self.restart_deadline();
         loop {
-            let is_ours = interrupt::free(|cs| {
-                let owner = OWNER.borrow(cs);
-                let is_free = owner.get() == Owner::Nobody;
+            let is_ours = interrupt::free(|_| {
+                let is_free = OWNER.get() == owner::NOBODY;
                 if is_free {
-                    owner.set(Owner::Main);
+                    OWNER.set(owner::MAIN);
                 }
                 is_free
             });
@@ -189,8 +188,7 @@ impl Twi {
         }
         interrupt::free(|cs| {
             if result.is_err() {
-                let errors = ERRORS.borrow(cs);
-                errors.set(errors.get().saturating_add(1));
+                count_error(cs);
             }
             chain::hand_over(cs);
         });
