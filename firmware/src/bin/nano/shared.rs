@@ -36,3 +36,12 @@ impl Shared {
         unsafe { self.0.get().write_volatile(value) };
     }
 }
+
+/// The general-purpose I/O registers, at their I/O addresses: scratch of the
+/// handlers written by hand. Nothing else uses them, and no handler is ever
+/// interrupted.
+pub const GPIOR0: u8 = 0x1E;
+/// As [`GPIOR0`].
+pub const GPIOR1: u8 = 0x2A;
+/// As [`GPIOR0`].
+pub const GPIOR2: u8 = 0x2B;

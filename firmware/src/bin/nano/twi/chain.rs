@@ -13,6 +13,8 @@
 //!
 //! Everything here is the handlers', but for [`hand_over`].
 
+mod handler;
+
 use avr_device::interrupt::CriticalSection;
 
 use firmware::hal::BurstState;
@@ -20,10 +22,9 @@ use firmware::power::{self, READINGS_PER_FRAME};
 use firmware::servos;
 
 use super::{
-    ADDRESS_R_ACK, ADDRESS_R_NACK, ADDRESS_W_ACK, ADDRESS_W_NACK, BURST_LEN, BURST_TICKS, BURSTS, DATA_R_ACK,
-    DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, FRESH, FRONT, HEAD, OUTCOME, OWNER, READING_LEN, READINGS,
-    REPEATED_START, RING_MASK, START, TAIL, count_error, free, let_go, owner, registers, request_start,
-    send_stop, status,
+    ADDRESS_R_NACK, ADDRESS_W_NACK, BURST_LEN, BURST_TICKS, DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, FRESH,
+    FRONT, HEAD, OUTCOME, OWNER, READING_LEN, READINGS, RING_MASK, TAIL, count_error, free, let_go, owner,
+    registers, request_start, send_stop, status,
 };
 use crate::shared::Shared;
 use crate::timer::{self, FRAME_TICKS};
@@ -51,9 +52,6 @@ static TICK: Shared = Shared::new(TICKS);
 static STEP: Shared = Shared::new(free::BEGIN);
 /// A frame started while somebody else had the bus.
 static LATE: Shared = Shared::new(0);
-
-const BUS_REGISTER: u8 = 2;
-const SHUNT_REGISTER: u8 = 1;
 
 /// Starts the frame's burst; called by the frame timer.
 #[inline(always)]
@@ -109,62 +107,32 @@ fn fail(cs: CriticalSection<'_>) {
     OWNER.set(owner::NOBODY);
 }
 
-#[inline(always)]
-fn carry_on() {
-    registers().twcr().write(|w| w.twint().set_bit().twen().set_bit().twie().set_bit());
-}
-
-// 160 times a frame: nothing here may be a call, which would save every register
-// there is.
-#[avr_device::interrupt(atmega328p)]
-fn TWI() {
+/// Ends of transfers, good and bad, and their second halves; every other step
+/// is the same each time, and [`handler`]'s own.
+extern "avr-interrupt" fn step() {
     // SAFETY: interrupts are off inside an interrupt, and stay off.
     let cs = unsafe { CriticalSection::new() };
-    let twi = registers();
-    let at = AT.get();
     match status() {
-        START | REPEATED_START => {
-            twi.twdr().write(|w| w.set(ADDRESS.get()));
-            carry_on();
-        }
-        ADDRESS_W_ACK | DATA_W_ACK if OWNER.get() == owner::BURST => {
-            if at != END.get()
-                && let Some(byte) = BURSTS.get(usize::from(at))
-            {
-                twi.twdr().write(|w| w.set(byte.get()));
-                carry_on();
-                AT.set(at + 1);
-            } else {
-                send_stop();
-                OUTCOME.borrow(cs).set(BurstState::Done);
-                OWNER.set(owner::NOBODY);
-            }
-        }
-        ADDRESS_W_ACK => {
-            let is_first = at % READING_LEN == 0;
-            twi.twdr().write(|w| w.set(if is_first { BUS_REGISTER } else { SHUNT_REGISTER }));
-            carry_on();
-        }
+        // The burst's last byte.
         DATA_W_ACK => {
-            ADDRESS.set(power::ADDRESS << 1 | 1);
-            request_start();
+            send_stop();
+            OUTCOME.borrow(cs).set(BurstState::Done);
+            OWNER.set(owner::NOBODY);
         }
-        ADDRESS_R_ACK => {
-            twi.twcr().write(|w| w.twint().set_bit().twea().set_bit().twen().set_bit().twie().set_bit());
-        }
-        code @ (DATA_R_ACK | DATA_R_NACK) => {
+        // A register's last byte.
+        DATA_R_NACK => {
+            let at = AT.get();
             if let Some(place) = READINGS.get(usize::from(at)) {
-                place.set(twi.twdr().read().bits());
+                place.set(registers().twdr().read().bits());
             }
-            AT.set(at + 1);
-            if code == DATA_R_ACK {
-                carry_on();
-            } else if (at + 1) % READING_LEN != 0 {
+            let next = at + 1;
+            if next % READING_LEN != 0 {
+                AT.set(next);
                 ADDRESS.set(power::ADDRESS << 1);
                 request_start();
             } else {
                 send_stop();
-                HEAD.set((at + 1) & RING_MASK);
+                HEAD.set(next & RING_MASK);
                 OWNER.set(owner::NOBODY);
             }
         }
