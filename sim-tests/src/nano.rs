@@ -7,9 +7,10 @@
 //!
 //! Where simavr is kinder than the chip, this module is not: a serial byte
 //! takes 10 bits instead of 11, the receiver holds 3 bytes instead of 64, a
-//! START and an address take their time on the bus, and an interrupt is entered
-//! in 4 cycles instead of 0. What stays kinder: a STOP takes no time, and the
-//! watchdog's oscillator is exact.
+//! START and an address take their time on the bus, an interrupt is entered in 4
+//! cycles instead of 0, and a reset is followed by the start-up time that a
+//! Nano's fuses ask for. What stays kinder: a STOP takes no time, and the
+//! watchdog's oscillator, which times that start-up too, is exact.
 
 mod inside;
 mod pins;
@@ -32,6 +33,10 @@ use wires::Wires;
 
 /// Cycles a second of the Nano's crystal.
 pub const CLOCK_HZ: u64 = 16_000_000;
+/// From the end of any reset, a watchdog's too, to the first instruction: 65 ms,
+/// then 16 K cycles and 14 of the crystal, with the fuses of every Nano (low fuse
+/// 0xFF: SUT 0b11, CKSEL 0b1111; data sheet 9.3 and 11.5).
+pub const START_UP_CYCLES: u64 = CLOCK_HZ * 65 / 1000 + 16_384 + 14;
 /// From an interrupt to its handler's vector (data sheet 7.7.1); simavr takes none.
 pub const ENTRY_CYCLES: u64 = 4;
 /// Two bytes of the line, the time that the receiver gives a byte to be read.
@@ -99,6 +104,8 @@ enum ResetKind {
     PowerOn,
     External,
     BrownOut,
+    /// The core has reset itself.
+    Watchdog,
 }
 
 /// One board.
@@ -123,7 +130,8 @@ pub struct Nano {
 }
 
 impl Nano {
-    /// A board just powered on, with this program and an erased EEPROM.
+    /// A board powered on, its start-up time over, with this program and an erased
+    /// EEPROM.
     ///
     /// # Errors
     /// [`NanoError::UnknownChip`] if simavr was built without the ATmega328P.
@@ -310,7 +318,7 @@ impl Nano {
 
     fn hold(&mut self, cycles: u64, kind: ResetKind) {
         let now = self.now();
-        self.held = Some((now + cycles, kind));
+        self.held = Some((now + START_UP_CYCLES + cycles, kind));
         self.wires().bus.borrow_mut().abandon();
         self.wires().refresh_output_enable(true);
         self.wires().cut_outgoing();

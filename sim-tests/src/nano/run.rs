@@ -5,7 +5,7 @@
 
 use super::{
     CLOCK_HZ, ENTRY_CYCLES, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL,
-    MCUSR_POWER_ON, Nano, NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START, trace,
+    MCUSR_POWER_ON, Nano, NanoError, RECEIVER_DEPTH, ResetKind, SRAM_LEN, SRAM_START, START_UP_CYCLES, trace,
 };
 use simavr_ffi as ffi;
 use std::ffi::c_void;
@@ -49,6 +49,8 @@ impl Nano {
                     // Contents are undefined on the chip; 0xA5 finds whoever relies on zeros.
                     data.add(SRAM_START).write_bytes(0xA5, SRAM_LEN);
                 }
+                // The core did so when the watchdog bit.
+                ResetKind::Watchdog => return,
             }
             ffi::avr_reset(self.avr.as_ptr());
         }
@@ -113,6 +115,7 @@ impl Nano {
                 let cycle = self.wires().base() + before;
                 self.wires().cut_outgoing_at(cycle);
                 self.after_reset(cycle);
+                self.held = Some((cycle + START_UP_CYCLES, ResetKind::Watchdog));
                 return Ok(());
             }
             let woke_at = (*avr).cycle;

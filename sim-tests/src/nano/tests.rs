@@ -69,7 +69,7 @@ fn the_program_sees_why_it_was_reset_and_bytes_for_the_bootloader_are_lost() {
     nano.run_until(11 * MILLISECOND).unwrap();
     assert!(nano.is_held());
     assert!(nano.receive().is_empty());
-    nano.run_until(12 * MILLISECOND).unwrap();
+    nano.run_until(11 * MILLISECOND + START_UP_CYCLES + MILLISECOND).unwrap();
 
     assert_eq!(bytes(&nano.receive()), [MCUSR_EXTERNAL]);
     assert!(nano.now() >= 12 * MILLISECOND, "the clock goes on through a reset");
@@ -86,10 +86,10 @@ fn eeprom_survives_reset_and_power_cycle_and_sram_only_the_reset() {
     assert_eq!(nano.sram()[0], 0x5A);
 
     nano.reset(0);
-    nano.run_until(nano.now() + 1).unwrap();
+    nano.run_until(nano.now() + START_UP_CYCLES + 1).unwrap();
     assert_eq!(nano.sram()[0], 0x5A);
     nano.power_cycle();
-    nano.run_until(nano.now() + 1).unwrap();
+    nano.run_until(nano.now() + START_UP_CYCLES + 1).unwrap();
 
     // One cycle is not enough for the program to write it again.
     assert_eq!(nano.sram()[0], 0xA5);
@@ -121,17 +121,32 @@ fn a_watchdog_reset_is_counted_and_the_clock_goes_on() {
 
 /// Section 11.9.2: WDRF overrides WDE, and the reset left the shortest period.
 #[test]
-fn a_watchdog_that_has_bitten_bites_again_every_16_ms_until_it_is_turned_off() {
+fn a_watchdog_that_has_bitten_bites_again_16_ms_after_each_start_until_it_is_turned_off() {
     // ldi r18,WDE; sts WDTCSR,r18; rjmp . : it is never turned off.
     let mut nano = board(&[0xE028, 0x9320, 0x0060, 0xCFFF]);
-    nano.run_until(100 * MILLISECOND).unwrap();
+    nano.run_until(500 * MILLISECOND).unwrap();
     assert_eq!(nano.counters().watchdog_resets, 6);
 
     // in r16,MCUSR; sbrc r16,WDRF; rjmp . ; ldi r18,WDE; sts WDTCSR,r18; rjmp . :
     // after the first bite the program does not even touch the watchdog.
     let mut nano = board(&[0xB704, 0xFD03, 0xCFFF, 0xE028, 0x9320, 0x0060, 0xCFFF]);
-    nano.run_until(100 * MILLISECOND).unwrap();
+    nano.run_until(500 * MILLISECOND).unwrap();
     assert_eq!(nano.counters().watchdog_resets, 6);
+}
+
+/// Section 11.5: the delay timer starts at the end of the watchdog's pulse.
+#[test]
+fn the_program_starts_66_ms_after_any_reset() {
+    // sbi DDRD,4; ldi r18,WDE; sts WDTCSR,r18; rjmp . , and after the bite the
+    // servo driver's OE is low again as soon as the program runs.
+    let mut nano = board(&[0x9A54, 0xE028, 0x9320, 0x0060, 0xCFFF]);
+    nano.wire_output_enable(OutputEnable::PulledUp);
+
+    nano.run_until((16 + 66) * MILLISECOND).unwrap();
+    let held = nano.is_held() && !nano.bus().pca9685.is_enabled();
+    nano.run_until((16 + 67) * MILLISECOND).unwrap();
+
+    assert!(held && !nano.is_held() && nano.bus().pca9685.is_enabled());
 }
 
 #[test]
@@ -207,7 +222,7 @@ fn output_enable_follows_d4_and_its_resistor() {
         enabled.push(nano.bus().pca9685.is_enabled());
 
         assert_eq!(enabled, levels, "{wiring:?}");
-        nano.run_until(500 + 1_000 + 100).unwrap();
+        nano.run_until(500 + 1_000 + START_UP_CYCLES + 100).unwrap();
         assert!(nano.bus().pca9685.is_enabled(), "{wiring:?}: driven low again");
     }
 }
@@ -238,6 +253,19 @@ fn the_button_pulls_d2_down_against_its_pull_up_and_without_one_the_pin_floats()
 
         assert_eq!(nano.sram()[0] & 4, level, "{first:#x}, {is_pressed}");
     }
+}
+
+#[test]
+fn a_button_let_go_and_pressed_again_is_seen_each_time() {
+    let mut nano = board(&[0x9A5A, 0xB109, 0x9300, 0x0100, 0xCFFC]);
+
+    let levels = [false, true, false, true].map(|is_pressed| {
+        nano.press_button(is_pressed);
+        nano.run_until(nano.now() + 100).unwrap();
+        nano.sram()[0] & 4
+    });
+
+    assert_eq!(levels, [4, 0, 4, 0]);
 }
 
 #[test]

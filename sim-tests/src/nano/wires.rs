@@ -172,6 +172,13 @@ pub(super) unsafe fn connect(units: &Units, wires: NonNull<Wires>) {
     unsafe {
         // The console would print what the Nano sends, and sleep when it polls.
         (*units.uart.as_ptr()).flags = 0;
+        // Filtered, a hook would miss a write of what was written before a reset,
+        // and a read of what a hook of ours has changed.
+        for pins in
+            [units.pins_read, units.pins_turned, units.port_d_read, units.port_d_turned, units.port_d_set]
+        {
+            (*pins.as_ptr()).flags &= !(ffi::IRQ_FLAG_FILTERED as u8);
+        }
         ffi::avr_irq_register_notify(units.uart_output.as_ptr(), Some(on_serial_byte), wires);
         ffi::avr_irq_register_notify(units.twi_output.as_ptr(), Some(on_twi), wires);
         ffi::avr_irq_register_notify(units.pins_read.as_ptr(), Some(pins::on_pins_read), wires);

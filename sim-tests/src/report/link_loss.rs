@@ -3,19 +3,27 @@
 //! The host says something at a steady pace, and then nothing more. Counted is
 //! the time from the last byte on the wire to the last change of any servo's
 //! pulse, whatever the firmware does then: freeze, go on to a hold, or let go.
-//! What the host says is the caller's: heartbeats of an attached walk, or
-//! setpoints of a stream.
+//! That is when the servo driver's registers change; on a servo's wire it may be
+//! a PWM cycle later, which the figure of the stream adds.
+//! What the host says is either heartbeats of an attached walk, or setpoints of
+//! a stream, of which the robot then has as many in store as it takes.
 
 use super::rig::{Firmware, Rig, RigError};
+use crate::client::ClientError;
 use crate::devices::pca9685::Burst;
-use crate::nano::{CLOCK_HZ, seconds};
-use protocol::frame::{self, MAX_FRAME_LEN, Request};
-use protocol::{Command, Event, LINK_TIMEOUT_FRAMES, Message, State, WalkEnd};
+use crate::nano::seconds;
+use protocol::{
+    Angle, Chunk, Command, Event, JOINT_COUNT, LINK_TIMEOUT_FRAMES, Message, Refusal, Reply, State, WalkEnd,
+};
 
 /// Servos that move for so long after the last byte do not stop.
 const PATIENCE_S: f64 = 3.0;
 /// Moments of the robot's frame at which the cable is pulled.
-pub const MOMENTS: u32 = 4;
+pub const MOMENTS: u32 = 6;
+/// 4,096 counts of prescaler 101 at 25 MHz.
+pub(super) const PWM_CYCLE_MS: f64 = 4096.0 * 102.0 / 25e3;
+/// Setpoints of a stream before it ends.
+const STREAM_FRAMES: i16 = 60;
 const FRAME_S: f64 = 1.0 / protocol::FRAME_RATE_HZ as f64;
 
 /// What one pulled cable showed.
@@ -29,32 +37,11 @@ pub struct Silence {
     pub told: bool,
 }
 
-/// Says `talk(0)`, `talk(1)` and so on, each `every_s`, for `duration_s`, then
-/// nothing more.
-///
-/// # Errors
-/// [`RigError`] if the firmware ends, or a command does not encode.
-pub fn silence_after(
-    rig: &mut Rig,
-    every_s: f64,
-    duration_s: f64,
-    mut talk: impl FnMut(u32) -> Command,
-) -> Result<Silence, RigError> {
-    let began = rig.robot.now();
-    let mut last_byte = began;
-    for index in 0..(duration_s / every_s) as u32 {
-        let at = began + (f64::from(index) * every_s * CLOCK_HZ as f64) as u64;
-        rig.client.run_until(&mut rig.robot, at)?;
-        let mut buffer = [0; MAX_FRAME_LEN];
-        let request = Request { seq: index as u8, command: talk(index) };
-        let bytes = frame::encode(&request, &mut buffer).map_err(crate::client::ClientError::Frame)?;
-        rig.robot.nano_mut().send(bytes);
-        last_byte = rig.robot.nano().line_free_at();
-    }
-    rig.client.forget();
-    rig.robot.take_bursts();
+/// Watches a robot that hears nothing after this cycle.
+fn watch(rig: &mut Rig, last_byte: u64, end: WalkEnd) -> Result<Silence, RigError> {
     rig.client.run_until(&mut rig.robot, last_byte)?;
     let before = rig.robot.take_bursts();
+    rig.client.forget();
     rig.client.run_for(&mut rig.robot, PATIENCE_S)?;
     let after = rig.robot.take_bursts();
 
@@ -62,8 +49,7 @@ pub fn silence_after(
     let end_s = rig.robot.now_s();
     let in_ms = |at_s: f64| (at_s - seconds(last_byte)) * 1e3;
     let limp = after.iter().find(|burst| burst.counts.iter().all(Option::is_none));
-    let is_loss =
-        |(_, message): &(u64, Message)| *message == Message::Event(Event::WalkEnded(WalkEnd::LinkLost));
+    let is_loss = |(_, message): &(u64, Message)| *message == Message::Event(Event::WalkEnded(end));
     Ok(Silence {
         // Half a second without a change is a stop, not a slow gait.
         still_ms: still.filter(|at_s| end_s - at_s > 0.5).map(in_ms),
@@ -94,16 +80,85 @@ pub fn attached_walk(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
         let walk = Command::Walk { amplitude: None, frames: None, detached: false, dry_run: false };
         rig.client.expect_done(&mut rig.robot, walk)?;
         rig.wait_for(State::Walking)?;
-        rig.client.run_for(&mut rig.robot, f64::from(moment) / f64::from(MOMENTS) * FRAME_S)?;
-        silences.push(silence_after(&mut rig, 0.25, 0.5, |_| Command::Status)?);
+        for _ in 0..2 {
+            rig.client.run_for(&mut rig.robot, 0.25)?;
+            rig.status()?;
+        }
+        rig.client.run_for(&mut rig.robot, offset_s(moment))?;
+        rig.status()?;
+        let last_byte = rig.robot.nano().line_free_at();
+        silences.push(watch(&mut rig, last_byte, WalkEnd::LinkLost)?);
     }
     Ok(silences)
+}
+
+/// A stream of setpoints that ends without a word.
+///
+/// # Errors
+/// [`RigError`] if the robot does not take them.
+pub fn stream(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
+    let mut silences = Vec::new();
+    for moment in 0..MOMENTS {
+        let mut rig = Rig::started(firmware)?;
+        rig.client.expect_done(&mut rig.robot, Command::Stream)?;
+        let mut index = 0;
+        while index < STREAM_FRAMES {
+            match feed(&mut rig, index)? {
+                Some(_) => index += 1,
+                None => rig.client.run_for(&mut rig.robot, FRAME_S / 4.0)?,
+            }
+        }
+        if rig.status()?.0.state != State::Walking {
+            return Err(RigError::Unseen("stream"));
+        }
+        rig.client.run_for(&mut rig.robot, offset_s(moment))?;
+        // As many as it takes: the longest that it can go on.
+        let mut last_byte = None;
+        while let Some(at) = feed(&mut rig, index)? {
+            last_byte = Some(at);
+            index += 1;
+        }
+        let last_byte = last_byte.ok_or(RigError::Unseen("room for a setpoint"))?;
+        silences.push(watch(&mut rig, last_byte, WalkEnd::StreamDry)?);
+    }
+    Ok(silences)
+}
+
+/// Sends one setpoint, a degree away from the one before, and returns when its
+/// last byte was whole; `None` if the robot has no room for it.
+fn feed(rig: &mut Rig, index: i16) -> Result<Option<u64>, RigError> {
+    let degrees = (index % 40 - 20).abs() - 10;
+    let angle = (Angle::UNITS_PER_DEG * degrees).to_le_bytes();
+    let data = Chunk::of(&angle.repeat(JOINT_COUNT));
+    let reply = rig.client.ask(&mut rig.robot, Command::Setpoints { data })?;
+    match reply {
+        Reply::Buffered(_) => Ok(Some(rig.robot.nano().line_free_at())),
+        Reply::Refused(Refusal::StreamFull) => Ok(None),
+        other => Err(ClientError::Unexpected(Box::new(other)).into()),
+    }
+}
+
+/// Spreads the moments over a frame, behind the two frames that an answer takes.
+fn offset_s(moment: u32) -> f64 {
+    (2.0 + f64::from(moment) / f64::from(MOMENTS)) * FRAME_S
 }
 
 /// The firmware's own timeout of an attached walk, in milliseconds.
 #[must_use]
 pub fn attached_timeout_ms() -> f64 {
     f64::from(LINK_TIMEOUT_FRAMES) * FRAME_S * 1e3
+}
+
+/// The slowest stream's last change on a servo's wire: where the PWM cycle begins
+/// is chance, so all of one comes on top.
+///
+/// # Errors
+/// If one never stops, or stops without a word.
+pub fn stream_stop_ms(silences: &[Silence]) -> Result<f64, String> {
+    if silences.iter().any(|silence| !silence.told) {
+        return Err("a stream that ran dry is not told".to_owned());
+    }
+    Ok(slowest_ms(silences)? + PWM_CYCLE_MS)
 }
 
 /// The slowest to stand still.
@@ -137,6 +192,14 @@ mod tests {
         assert_eq!(last_change(Some(&burst(1.0, Some(330))), &bursts), Some(3.0));
         assert_eq!(last_change(Some(&burst(1.0, Some(330))), &bursts[..1]), Some(2.0));
         assert_eq!(last_change(None, &bursts[2..]), None);
+    }
+
+    #[test]
+    fn a_stream_stops_on_the_wire_a_pwm_cycle_later_and_must_say_so() {
+        let silence = |told| Silence { still_ms: Some(80.0), limp_ms: None, told };
+
+        assert!((stream_stop_ms(&[silence(true)]).unwrap() - 96.7).abs() < 0.1);
+        assert!(stream_stop_ms(&[silence(true), silence(false)]).is_err());
     }
 
     #[test]

@@ -101,6 +101,7 @@ fn measure_rest(firmware: &Firmware, lengths: Lengths) -> Result<Measured, Repor
     let silences = link_loss::attached_walk(firmware).map_err(in_scenario("link loss"))?;
     let stack = pacing.stack.or(load.stack).or(faults.stack);
     let memory = memory::Memory::of(firmware, stack);
+    let streams = link_loss::stream(firmware).map_err(in_scenario("streaming"))?;
     let elf = firmware.elf.clone();
-    Ok(Measured { pacing, load, faults, watchdog, supply, silences, memory, energy: None, elf })
+    Ok(Measured { pacing, load, faults, watchdog, supply, silences, streams, memory, energy: None, elf })
 }

@@ -31,8 +31,8 @@ pub const EMULATOR: [&str; 12] = [
      frames and energy included",
     "watchdog oscillator: exact, 128 kHz; the data sheet gives a typical time only and its curves run from 109 to \
      119 kHz, so the figure is stretched by 128 / 109",
-    "a reset takes no time; the chip waits for its oscillator up to 65 ms more after a power-on, none after a \
-     watchdog's",
+    "start-up after a reset: simavr takes no time for it; the 66 ms that every Nano's fuses ask for, after a \
+     watchdog's reset too, are added to the run itself, by the watchdog's oscillator as well",
     "a held data line looks like a transfer that never ends; the unit may notice sooner, and either chip lets go \
      by itself after 25 to 35 ms",
     "power sensor: exact, its conversions take the typical time; the data sheet allows 0.5 % of current and of \
@@ -56,6 +56,8 @@ pub struct Measured {
     pub supply: SupplyFaults,
     /// Attached walks whose host fell silent.
     pub silences: Vec<Silence>,
+    /// Streams that ended without a word.
+    pub streams: Vec<Silence>,
     /// Flash and memory.
     pub memory: Memory,
     /// The energy, once its trials are over.

@@ -9,7 +9,7 @@ mod support;
 
 use host::robot::Robot;
 use host::sim::World;
-use protocol::command::Storage;
+use protocol::command::{Record, Storage};
 use protocol::{
     Command, Event, FRAME_RATE_HZ, Message, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd,
 };
@@ -76,7 +76,7 @@ fn every_pulse_of_full_loops_equals_the_f64_reference_at_60_hertz() {
     robot.take_bursts();
 
     for part in 0..40 {
-        client.ask(&mut robot, Command::Read { record: protocol::command::Record::Gait, offset: 64 * (part % 5) }).unwrap();
+        client.ask(&mut robot, Command::Read { record: Record::Gait, offset: 64 * (part % 5) }).unwrap();
         client.run_for(&mut robot, gait.period_s / 20.0).unwrap();
     }
 

@@ -1,6 +1,7 @@
 //! How deep the stack gets: one that runs into data is silent on an AVR.
 
 use super::support::*;
+use protocol::command::Record;
 use protocol::{Chunk, Command, Fault, GaitTable, Refusal, Reply, State};
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
@@ -36,7 +37,7 @@ fn the_deepest_stack_stays_clear_of_the_data() {
     client.upload(&mut robot, &table, amplitude(2.2), true).unwrap();
     client.ask(&mut robot, hello()).unwrap();
     for offset in [0, 64, 128, 192] {
-        client.ask(&mut robot, Command::Read { record: protocol::command::Record::Gait, offset }).unwrap();
+        client.ask(&mut robot, Command::Read { record: Record::Gait, offset }).unwrap();
     }
     client.expect_done(&mut robot, Command::SetAmplitude(amplitude(1.5))).unwrap();
     client.run_for(&mut robot, 1.5).unwrap();

@@ -4,7 +4,7 @@ use super::figures::WATCHDOG_SPREAD;
 use super::{Measured, all_interrupts};
 use crate::nano::{CLOCK_HZ, OutputEnable, RECEIVER_PATIENCE_US, seconds};
 use crate::report::energy::Energy;
-use crate::report::link_loss::Silence;
+use crate::report::link_loss::{PWM_CYCLE_MS, Silence};
 use crate::report::supply_faults::{Stop, SupplyFaults, Trouble};
 use crate::report::watchdog::Bite;
 
@@ -96,7 +96,8 @@ pub(super) fn of(measured: &Measured) -> Vec<String> {
         "watchdog, times above are at 128 kHz; the figure is {WATCHDOG_SPREAD:.3} times the slowest of them"
     ));
     lines.extend(supply_lines(&measured.supply));
-    lines.extend(measured.silences.iter().map(silence_line));
+    lines.push(silence_line("attached walk", &measured.silences));
+    lines.push(silence_line("stream", &measured.streams));
     if let Some(energy) = energy {
         lines.extend(energy_lines(energy));
     }
@@ -144,13 +145,22 @@ fn supply_lines(supply: &SupplyFaults) -> Vec<String> {
     lines
 }
 
-fn silence_line(silence: &Silence) -> String {
-    let ms = |ms: Option<f64>| ms.map_or("never".into(), |ms| format!("{ms:.0} ms after it"));
-    let told = if silence.told { "told" } else { "not told" };
+fn silence_line(what: &str, silences: &[Silence]) -> String {
+    let span = |value: fn(&Silence) -> Option<f64>| {
+        let all: Option<Vec<f64>> = silences.iter().map(value).collect();
+        all.map_or("never, at one of them,".into(), |all| {
+            let (least, most) =
+                (all.iter().copied().fold(f64::MAX, f64::min), all.iter().fold(0.0, |a, b| b.max(a)));
+            format!("{least:.1} to {most:.1} ms")
+        })
+    };
+    let told = if silences.iter().all(|silence| silence.told) { "told" } else { "NOT told" };
     format!(
-        "attached walk, the cable pulled after a whole command: last move {}, limp {}, {told}",
-        ms(silence.still_ms),
-        ms(silence.limp_ms)
+        "{what}, the cable pulled after a whole command at {} moments of a frame: last change of the servo driver's \
+         registers {} after it, on the wires up to {PWM_CYCLE_MS:.1} ms later, limp {} after it, {told}",
+        silences.len(),
+        span(|silence| silence.still_ms),
+        span(|silence| silence.limp_ms)
     )
 }
 

@@ -6,7 +6,7 @@ use crate::report::energy::Energy;
 use crate::report::link_loss;
 use crate::report::supply_faults::MAX_DEBOUNCE_FRAMES;
 use crate::report::watchdog::{Bite, Bites};
-use protocol::{PROTOCOL_VERSION, ResetCause};
+use protocol::ResetCause;
 
 /// The watchdog's oscillator runs at 128 kHz in name; the data sheet's curves go
 /// down to 109.
@@ -15,7 +15,6 @@ pub(super) const WATCHDOG_SPREAD: f64 = 128.0 / 109.0;
 pub(super) fn of(measured: &Measured) -> Vec<Figure> {
     let Measured { pacing, load, faults, watchdog, supply, memory, energy, .. } = measured;
     let us = |cycles: u64| cycles as f64 / CLOCK_HZ as f64 * 1e6;
-    let none = |what: &str| Err(format!("version {PROTOCOL_VERSION} of the protocol has no {what}"));
     let interrupts = all_interrupts(measured);
     let longest_off = interrupts.longest_off().ok_or("no interrupt was seen".to_owned());
     let longest_handler = interrupts.longest_handler().ok_or("no interrupt was seen".to_owned());
@@ -66,7 +65,7 @@ pub(super) fn of(measured: &Measured) -> Vec<Figure> {
         figure(
             "link_loss_stop_ms",
             "link lost while streaming: servos stop (ms)",
-            none("streaming of setpoints"),
+            link_loss::stream_stop_ms(&measured.streams),
             100.0,
         ),
         figure(
