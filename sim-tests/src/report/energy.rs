@@ -9,7 +9,7 @@ pub mod ripple;
 pub mod schemes;
 
 use super::rig::{Firmware, Rig, RigError};
-use crate::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
+use crate::devices::pca9685::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
 use crate::nano::CLOCK_HZ;
 use protocol::FRAME_RATE_HZ;
 use ripple::{Ripple, Shape};
@@ -21,10 +21,6 @@ const MEANS_W: [f64; 4] = [0.3, 1.0, 3.0, 8.0];
 const MAX_PEAK_W: f64 = 13.9;
 /// A trial is a whole number of these.
 pub(crate) const GAIT_PERIOD_S: f64 = 1.2;
-/// The data sheet's span, and the one at which the PWM runs at 60.00 Hz.
-const OSCILLATORS_HZ: [f64; 3] = [24.0e6, 25.067_52e6, 25.5e6];
-/// Counts of a PWM frame at the firmware's prescaler.
-const PWM_COUNTS: f64 = 4096.0 * 102.0;
 
 /// One trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,10 +56,17 @@ impl Energy {
     }
 }
 
-/// The loads that are tried.
+/// The loads that are tried on a firmware whose PWM runs at so many hertz with a
+/// nominal oscillator.
+///
+/// Other chips' oscillators are tried at both ends of their spread, and, if it
+/// lies between them, where the PWM runs at the frames' own pace and both see the
+/// same moment of each other for ever.
 #[must_use]
-pub fn loads() -> Vec<Ripple> {
-    let nominal = NOMINAL_OSCILLATOR_HZ / PWM_COUNTS;
+pub fn loads(nominal_hz: f64) -> Vec<Ripple> {
+    let [slowest_hz, fastest_hz] =
+        OSCILLATOR_SPREAD_HZ.map(|oscillator_hz| nominal_hz * oscillator_hz / NOMINAL_OSCILLATOR_HZ);
+    let in_step = Some(f64::from(FRAME_RATE_HZ)).filter(|hz| (slowest_hz..=fastest_hz).contains(hz));
     let shapes = [
         Shape::Flat,
         Shape::Pulse { duty: 0.1 },
@@ -75,11 +78,11 @@ pub fn loads() -> Vec<Ripple> {
     ];
     let mut loads: Vec<Ripple> = MEANS_W
         .into_iter()
-        .flat_map(|mean_w| shapes.into_iter().map(move |shape| Ripple::new(mean_w, shape, nominal)))
+        .flat_map(|mean_w| shapes.into_iter().map(move |shape| Ripple::new(mean_w, shape, nominal_hz)))
         .collect();
-    for oscillator_hz in OSCILLATORS_HZ {
+    for pwm_hz in [slowest_hz, fastest_hz].into_iter().chain(in_step) {
         for mean_w in [1.0, 3.0] {
-            loads.push(Ripple::new(mean_w, Shape::Pulse { duty: 0.3 }, oscillator_hz / PWM_COUNTS));
+            loads.push(Ripple::new(mean_w, Shape::Pulse { duty: 0.3 }, pwm_hz));
         }
     }
     loads.retain(|ripple| ripple.peak_w() <= MAX_PEAK_W);
@@ -93,7 +96,8 @@ pub fn loads() -> Vec<Ripple> {
 pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Energy, RigError> {
     let periods = (duration_s / GAIT_PERIOD_S).round().max(1.0);
     let seconds = periods * GAIT_PERIOD_S;
-    let loads = loads();
+    let nominal_hz = Rig::started(firmware)?.robot.nano().bus().pca9685.frequency_hz();
+    let loads = loads(nominal_hz);
     let mut trials = Vec::with_capacity(loads.len());
     for &ripple in &loads {
         trials.push(trial(firmware, ripple, seconds)?);
@@ -129,4 +133,19 @@ fn trial(firmware: &Firmware, ripple: Ripple, duration_s: f64) -> Result<Trial, 
     let true_j = energy_at(last_at)? - energy_at(first_at)?;
     let reported_j = last.trial_energy_uj.saturating_sub(first.trial_energy_uj) as f64 * 1e-6;
     Ok(Trial { ripple, error_percent: 100.0 * (reported_j / true_j - 1.0) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pwm_in_step_with_the_frames_is_tried_where_some_chip_runs_so() {
+        let is_in_step = |ripple: &&Ripple| (ripple.pwm_hz - 60.0).abs() < 1e-9;
+
+        // Prescalers 101 and 105.
+        assert_eq!(loads(59.838).iter().filter(is_in_step).count(), 2);
+        assert_eq!(loads(57.580).iter().filter(is_in_step).count(), 0);
+        assert!(loads(57.580).iter().any(|ripple| (ripple.pwm_hz - 58.73).abs() < 0.01), "the fastest chip");
+    }
 }

@@ -18,8 +18,6 @@ use protocol::{
 
 /// Servos that move for so long after the last byte do not stop.
 const PATIENCE_S: f64 = 3.0;
-/// Moments of the robot's frame at which the cable is pulled.
-pub const MOMENTS: u32 = 6;
 /// 4,096 counts of prescaler 101 at 25 MHz.
 pub(super) const PWM_CYCLE_MS: f64 = 4096.0 * 102.0 / 25e3;
 /// Setpoints of a stream before it ends.
@@ -65,16 +63,17 @@ fn last_change(before: Option<&Burst>, after: &[Burst]) -> Option<f64> {
         let both = pair[0].counts.iter().zip(&pair[1].counts);
         both.clone().any(|(a, b)| a.is_some() && b.is_some() && a != b)
     };
-    bursts.windows(2).filter(moves).map(|pair| pair[1].stop_s).last()
+    bursts.windows(2).rfind(moves).map(|pair| pair[1].stop_s)
 }
 
-/// An attached walk whose host asks for the status and then falls silent.
+/// An attached walk whose host asks for the status and then falls silent, at so
+/// many moments of a frame.
 ///
 /// # Errors
 /// [`RigError`] if the robot does not walk.
-pub fn attached_walk(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
+pub fn attached_walk(firmware: &Firmware, moments: u32) -> Result<Vec<Silence>, RigError> {
     let mut silences = Vec::new();
-    for moment in 0..MOMENTS {
+    for moment in 0..moments {
         let mut rig = Rig::started(firmware)?;
         rig.upload(false)?;
         let walk = Command::Walk { amplitude: None, frames: None, detached: false, dry_run: false };
@@ -84,7 +83,7 @@ pub fn attached_walk(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
             rig.client.run_for(&mut rig.robot, 0.25)?;
             rig.status()?;
         }
-        rig.client.run_for(&mut rig.robot, offset_s(moment))?;
+        rig.client.run_for(&mut rig.robot, offset_s(moment, moments))?;
         rig.status()?;
         let last_byte = rig.robot.nano().line_free_at();
         silences.push(watch(&mut rig, last_byte, WalkEnd::LinkLost)?);
@@ -92,13 +91,13 @@ pub fn attached_walk(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
     Ok(silences)
 }
 
-/// A stream of setpoints that ends without a word.
+/// A stream of setpoints that ends without a word, at so many moments of a frame.
 ///
 /// # Errors
 /// [`RigError`] if the robot does not take them.
-pub fn stream(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
+pub fn stream(firmware: &Firmware, moments: u32) -> Result<Vec<Silence>, RigError> {
     let mut silences = Vec::new();
-    for moment in 0..MOMENTS {
+    for moment in 0..moments {
         let mut rig = Rig::started(firmware)?;
         rig.client.expect_done(&mut rig.robot, Command::Stream)?;
         let mut index = 0;
@@ -111,7 +110,7 @@ pub fn stream(firmware: &Firmware) -> Result<Vec<Silence>, RigError> {
         if rig.status()?.0.state != State::Walking {
             return Err(RigError::Unseen("stream"));
         }
-        rig.client.run_for(&mut rig.robot, offset_s(moment))?;
+        rig.client.run_for(&mut rig.robot, offset_s(moment, moments))?;
         // As many as it takes: the longest that it can go on.
         let mut last_byte = None;
         while let Some(at) = feed(&mut rig, index)? {
@@ -139,8 +138,8 @@ fn feed(rig: &mut Rig, index: i16) -> Result<Option<u64>, RigError> {
 }
 
 /// Spreads the moments over a frame, behind the two frames that an answer takes.
-fn offset_s(moment: u32) -> f64 {
-    (2.0 + f64::from(moment) / f64::from(MOMENTS)) * FRAME_S
+fn offset_s(moment: u32, moments: u32) -> f64 {
+    (2.0 + f64::from(moment) / f64::from(moments)) * FRAME_S
 }
 
 /// The firmware's own timeout of an attached walk, in milliseconds.

@@ -51,8 +51,8 @@ pub struct Lengths {
     pub load_s: f64,
     /// Seconds of each trial whose energy is compared.
     pub energy_s: f64,
-    /// Moments of a frame at which the supply goes wrong.
-    pub supply_phases: u32,
+    /// Moments of a frame at which the supply goes wrong, or the cable is pulled.
+    pub moments: u32,
 }
 
 impl Lengths {
@@ -63,7 +63,7 @@ impl Lengths {
             pacing_s,
             load_s: (pacing_s / 6.0).max(2.0),
             energy_s: (pacing_s / 5.0).max(2.4),
-            supply_phases: (pacing_s / 5.0).clamp(4.0, 12.0) as u32,
+            moments: (pacing_s / 5.0).clamp(4.0, 12.0) as u32,
         }
     }
 }
@@ -96,12 +96,11 @@ fn measure_rest(firmware: &Firmware, lengths: Lengths) -> Result<Measured, Repor
     let load = load::measure(firmware, lengths.load_s).map_err(in_scenario("load"))?;
     let faults = bus_faults::measure(firmware).map_err(in_scenario("bus faults"))?;
     let watchdog = watchdog::measure(firmware).map_err(in_scenario("watchdog"))?;
-    let supply =
-        supply_faults::measure(firmware, lengths.supply_phases).map_err(in_scenario("supply faults"))?;
-    let silences = link_loss::attached_walk(firmware).map_err(in_scenario("link loss"))?;
+    let supply = supply_faults::measure(firmware, lengths.moments).map_err(in_scenario("supply faults"))?;
+    let silences = link_loss::attached_walk(firmware, lengths.moments).map_err(in_scenario("link loss"))?;
     let stack = pacing.stack.or(load.stack).or(faults.stack);
     let memory = memory::Memory::of(firmware, stack);
-    let streams = link_loss::stream(firmware).map_err(in_scenario("streaming"))?;
+    let streams = link_loss::stream(firmware, lengths.moments).map_err(in_scenario("streaming"))?;
     let elf = firmware.elf.clone();
     Ok(Measured { pacing, load, faults, watchdog, supply, silences, streams, memory, energy: None, elf })
 }

@@ -131,7 +131,9 @@ impl SupplyFaults {
     /// # Errors
     /// As [`Self::worst_frames`].
     pub fn stop_frames(&self) -> Result<f64, String> {
-        Ok(self.worst_frames()? - f64::from(self.debounce_frames.min(MAX_DEBOUNCE_FRAMES)))
+        let debounce = f64::from(self.debounce_frames.min(MAX_DEBOUNCE_FRAMES));
+        // The first bad sample may have seen only the end of its frame.
+        Ok((self.worst_frames()? - debounce).max(0.0))
     }
 }
 

@@ -35,6 +35,9 @@ enum Reading {
     /// So often between two bursts; conversions that were read already are left
     /// out, and each counts alike.
     EachOnce(u32),
+    /// As [`Self::EachOnce`], but each frame's readings come a little later than
+    /// those of the frame before, so that together they cover the whole frame.
+    Staggered(u32),
 }
 
 /// Settings of the sensor and a schedule.
@@ -56,7 +59,7 @@ const fn scheme(name: &'static str, settings: (u16, u16), reading: Reading, adds
 }
 
 /// What is compared.
-pub const SCHEMES: [Scheme; 7] = [
+pub const SCHEMES: [Scheme; 9] = [
     scheme("8 samples, once a frame", (0xB, 0xB), Reading::Even(1), false),
     scheme("8 samples, once a frame, shunt's loss added", (0xB, 0xB), Reading::Even(1), true),
     scheme("8 samples, each conversion once, shunt's loss added", (0xB, 0xB), Reading::EachOnce(4), true),
@@ -64,6 +67,18 @@ pub const SCHEMES: [Scheme; 7] = [
     scheme("10 bits, 9 readings a frame, shunt's loss added", (0x1, 0x1), Reading::EachOnce(9), true),
     scheme("10 bits, 12 readings a frame, shunt's loss added", (0x1, 0x1), Reading::EachOnce(12), true),
     scheme("10 bits, 17 readings a frame, shunt's loss added", (0x1, 0x1), Reading::EachOnce(17), true),
+    scheme(
+        "10 bits, 9 readings a frame at shifting moments, shunt's loss added",
+        (0x1, 0x1),
+        Reading::Staggered(9),
+        true,
+    ),
+    scheme(
+        "10 bits, 12 readings a frame at shifting moments, shunt's loss added",
+        (0x1, 0x1),
+        Reading::Staggered(12),
+        true,
+    ),
 ];
 
 /// How a scheme fared.
@@ -153,7 +168,7 @@ impl Scheme {
         }
         let energy_j = match self.reading {
             Reading::Even(_) => sum.energy_j,
-            Reading::EachOnce(_) => sum.power_w / sum.count * sum.elapsed_s,
+            Reading::EachOnce(_) | Reading::Staggered(_) => sum.power_w / sum.count * sum.elapsed_s,
         };
         100.0 * (energy_j / sum.true_j - 1.0)
     }
@@ -175,6 +190,13 @@ impl Scheme {
                 // The last one ends before the next burst begins.
                 let spacing_s = (FRAME_S - BURST_S - 0.3e-3) / f64::from(readings - 1);
                 f64::from(slot / readings) * FRAME_S + BURST_S + f64::from(slot % readings) * spacing_s
+            }
+            Reading::Staggered(readings) => {
+                // Five eighths of a spacing on in each frame: all eighths in turn.
+                let spacing_s = (FRAME_S - BURST_S - 0.3e-3) / f64::from(readings);
+                let (frame, index) = (slot / readings, slot % readings);
+                let shift = f64::from(frame * 5 % 8) / 8.0;
+                f64::from(frame) * FRAME_S + BURST_S + (f64::from(index) + shift) * spacing_s
             }
         }
     }
