@@ -84,8 +84,12 @@ pub fn stand_in() -> Bootloader {
 /// Both of the Nano's bootloaders, or why not.
 #[must_use]
 pub fn installed() -> Vec<Result<Bootloader, BootloaderError>> {
+    in_folder(Path::new(FOLDER))
+}
+
+fn in_folder(folder: &Path) -> Vec<Result<Bootloader, BootloaderError>> {
     let load = |(name, file, start)| {
-        let path = Path::new(FOLDER).join(file);
+        let path = folder.join(file);
         let text =
             std::fs::read_to_string(&path).map_err(|_| BootloaderError::Missing { path: path.clone() })?;
         let bytes =
@@ -143,6 +147,17 @@ mod tests {
 
         assert_eq!(parse_hex(text, 0x7800), Err(2));
         assert_eq!(parse_hex(&good, 0x7800), Ok(vec![7, 0xFF, 0xAA, 0xBB]));
+    }
+
+    #[test]
+    fn without_the_package_each_is_named_with_the_next_move() {
+        let missing = in_folder(Path::new("/nowhere"));
+
+        assert_eq!(missing.len(), KNOWN.len());
+        for (error, (_, file, _)) in missing.into_iter().map(Result::unwrap_err).zip(KNOWN) {
+            let text = error.to_string();
+            assert!(text.contains(file) && text.contains("arduino-core-avr"), "{text}");
+        }
     }
 
     #[test]

@@ -27,6 +27,8 @@ fn configuration_after_power_on_after_reset_and_after_a_brown_out_is_the_data_sh
 
     write(&mut chip, 0.0, CONFIGURATION, 0x1DDF);
     assert_eq!(read(&mut chip, 0.0, CONFIGURATION), 0x1DDF);
+    write(&mut chip, 0.0, CONFIGURATION, 0x5DDF);
+    assert_eq!(read(&mut chip, 0.0, CONFIGURATION), 0x1DDF, "bit 14 is not there");
     write(&mut chip, 0.0, CONFIGURATION, 0x8000);
     assert_eq!(read(&mut chip, 0.0, CONFIGURATION), 0x399F);
 

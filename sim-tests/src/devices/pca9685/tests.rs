@@ -163,8 +163,10 @@ fn with_och_outputs_change_at_the_acknowledge_of_a_channels_fourth_register() {
 
     assert_eq!((after_three, chip.counts()[0]), (None, Some(330)));
     // A single register alone changes nothing, not even at the STOP.
+    assert_eq!(chip.take_bursts().len(), 1);
     write(&mut chip, 0.030, &[LED0_ON_L + 2, 0x00]);
     assert_eq!(chip.counts()[0], Some(330));
+    assert_eq!(chip.take_bursts().len(), 0);
 }
 
 /// Section 7.3.3: with every output off the counters are disabled.
