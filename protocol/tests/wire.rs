@@ -4,7 +4,7 @@ use protocol::calibration::CalibrationError;
 use protocol::command::{
     ActiveGait, CalibrationSource, HelloReply, Limits, Record, Status, Storage, StoredGait,
 };
-use protocol::frame::{MAX_FRAME_LEN, Request, encode};
+use protocol::frame::{MAX_FRAME_LEN, Request, encode, unframe};
 use protocol::gait::{GaitError, GaitTable, MAX_ENCODED_LEN};
 use protocol::{
     Amplitude, Angle, Chunk, Command, Event, Fault, JointCurve, Message, Name, Refusal, Reply, ResetCause,
@@ -23,6 +23,12 @@ where
 
     let read: T = postcard::from_bytes(bytes).expect("reads back");
     assert_eq!(&read, message);
+    // What robots read and write with is another program: it must be the same format.
+    assert_eq!(protocol::wire::from_bytes::<T>(bytes).as_ref(), Ok(message));
+    let mut frame_buffer = [0; MAX_FRAME_LEN];
+    let mut frame = encode(message, &mut frame_buffer).expect("fits").to_vec();
+    let end = frame.len() - 1;
+    assert_eq!(unframe(&mut frame[..end]), Ok(&*bytes), "{message:?}");
 }
 
 fn command(command: Command, hex: &str) {
@@ -183,9 +189,9 @@ fn telemetry_and_events_keep_their_bytes() {
         current_ua: -12_300,
         missed_samples: 1,
     };
-    golden::<Message>(&Message::Telemetry(telemetry), "01e80703d005bfe8da0402808002dc2e97c00101");
+    golden::<Message>(&Message::Telemetry(telemetry), "01e80703d0053fb496000000000002808002dc2e97c00101");
     let stopping = Telemetry { state: State::Stopping, ..telemetry };
-    golden::<Message>(&Message::Telemetry(stopping), "01e80704d005bfe8da0402808002dc2e97c00101");
+    golden::<Message>(&Message::Telemetry(stopping), "01e80704d0053fb496000000000002808002dc2e97c00101");
     golden::<Message>(&Message::Event(Event::Started(ResetCause::Watchdog)), "020003");
     golden::<Message>(&Message::Event(Event::Fault(Fault::ServoDriverLost)), "020100");
     for (end, hex) in [

@@ -58,7 +58,8 @@ fn an_upload_is_active_at_once_and_reads_back() {
 fn read_back(robot: &mut SimRobot) -> Vec<u8> {
     let mut bytes = Vec::new();
     loop {
-        match robot.ask(Command::Read { record: protocol::command::Record::Gait, offset: bytes.len() as u16 }) {
+        match robot.ask(Command::Read { record: protocol::command::Record::Gait, offset: bytes.len() as u16 })
+        {
             Reply::Piece(chunk) if chunk.as_slice().is_empty() => return bytes,
             Reply::Piece(chunk) => bytes.extend_from_slice(chunk.as_slice()),
             other => panic!("a piece of the gait was asked for, not {other:?}"),
