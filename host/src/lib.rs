@@ -8,6 +8,7 @@
 //! libtorch. Without either, the tool still fits, uploads and measures.
 #![deny(unsafe_code)]
 
+pub mod calibration;
 pub mod cli;
 pub mod energy;
 #[cfg(feature = "sim")]
