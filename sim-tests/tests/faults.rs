@@ -2,7 +2,7 @@
 
 use firmware::limits;
 use host::link::words;
-use protocol::{Command, Event, Fault, Refusal, Reply, ResetCause, State};
+use protocol::{Calibration, Command, Event, Fault, Refusal, Reply, ResetCause, State};
 use sim_tests::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
 use sim_tests::devices::{Chip, Pca9685};
 use sim_tests::fixtures::{self, amplitude};
@@ -298,8 +298,9 @@ fn an_undervoltage_is_not_cleared_while_the_supply_is_still_low() {
 /// The host's texts are constants of their own: they must not drift.
 #[test]
 fn the_host_names_the_limits_that_the_robot_keeps() {
-    let volts = format!("{} V", f64::from(limits::UNDERVOLTAGE_MV) / 1e3);
-    let amperes = format!("{} A", f64::from(limits::OVERCURRENT_MA) / 1e3);
+    let board = Calibration::authors().board();
+    let volts = format!("{} V", f64::from(board.undervoltage_mv) / 1e3);
+    let amperes = format!("{} A", f64::from(board.overcurrent_ma) / 1e3);
 
     assert!(words::fault(Fault::Undervoltage).contains(&volts), "{volts}");
     assert!(words::fault(Fault::Overcurrent).contains(&amperes), "{amperes}");

@@ -203,22 +203,29 @@ fn a_walk_right_after_a_stop_is_a_trial_of_its_own() {
     }
 }
 
+/// What flows back is a debt, 0.5 W for twenty frames here, that the next frames pay.
 #[test]
-fn a_braking_servo_that_feeds_the_supply_is_subtracted() {
+fn a_braking_servo_that_feeds_the_supply_is_subtracted_from_what_comes_after() {
     let mut robot = streaming();
     robot.board.set_supply(BUS_V, 0.4);
     robot.expect_done(Command::Walk { amplitude: None, frames: Some(120), detached: true, dry_run: false });
     robot.run_until(State::Walking);
-    robot.run_frames(61);
-    let before = robot.telemetry().last().unwrap();
+    robot.run_frames(60);
+
     robot.board.set_supply(BUS_V, -0.1);
+    robot.run_frames(20);
+    let braking = robot.telemetry().last().unwrap();
+    robot.board.set_supply(BUS_V, 0.4);
     robot.run_until(State::Holding);
     robot.run_frames(3);
 
-    let after = robot.telemetry().last().unwrap();
-
-    assert_eq!(after.current_ua, -100_000);
-    assert!(after.trial_energy_uj < before.trial_energy_uj, "{before:?} {after:?}");
+    let sample = robot.telemetry().last().unwrap();
+    assert_eq!(braking.current_ua, -100_000);
+    assert_eq!(sample.trial_frames, 120);
+    // 100 frames at 0.4 A, 20 at -0.1 A; a frame of mixed readings at each change.
+    let expected_uj = energy_at_0_4_a_uj(100) as f64 - 20.0 * BUS_V * 0.1 / 60.0 * 1e6;
+    let error_uj = (sample.trial_energy_uj as f64 - expected_uj).abs();
+    assert!(error_uj < 2.0 * 0.5 * BUS_V / 60.0 * 1e6, "{error_uj} uJ off {expected_uj}");
 }
 
 #[test]

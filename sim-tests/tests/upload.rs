@@ -1,9 +1,10 @@
 //! Gaits on their way into the robot, and through power cuts.
 
+use firmware::store::{CALIBRATION_PLACES, GAIT_PLACE_LEN, TRIAL_PLACE};
 use proptest::prelude::*;
-use protocol::command::Storage;
-use protocol::gait::GaitError;
-use protocol::{Chunk, Command, Refusal, Reply, ResetCause, State};
+use protocol::command::{CalibrationSource, Storage};
+use protocol::gait::{GaitError, MAX_ENCODED_LEN};
+use protocol::{Chunk, Command, GAIT_SLOTS, Refusal, Reply, ResetCause, State};
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::{Pulses, SimRobot, encoded};
 
@@ -68,14 +69,15 @@ fn read_back(robot: &mut SimRobot) -> Vec<u8> {
 }
 
 #[test]
-fn pieces_may_come_in_any_order_and_twice() {
+fn pieces_may_overlap_and_come_twice() {
     let table = encoded(&fixtures::trot());
     let mut robot = SimRobot::new();
     robot.expect_done(Command::UploadBegin { len: table.len() as u16 });
 
-    for (index, piece) in table.chunks(50).enumerate().rev().chain(table.chunks(50).enumerate().take(2)) {
+    for (index, piece) in table.chunks(50).enumerate() {
         let offset = (index * 50) as u16;
         robot.expect_done(Command::UploadChunk { offset, data: Chunk::of(piece) });
+        robot.expect_done(Command::UploadChunk { offset: 10, data: Chunk::of(&table[10..50]) });
     }
 
     robot.expect_done(COMMIT);
@@ -89,24 +91,30 @@ fn pieces_outside_the_announced_table_are_refused() {
 
     assert_eq!(robot.ask(piece(0)), range, "nothing announced");
     assert_eq!(robot.ask(Command::UploadBegin { len: 0 }), range);
-    assert_eq!(robot.ask(Command::UploadBegin { len: 257 }), range);
+    assert_eq!(robot.ask(Command::UploadBegin { len: MAX_ENCODED_LEN as u16 + 1 }), range);
     robot.expect_done(Command::UploadBegin { len: 100 });
+    robot.expect_done(piece(0));
     assert_eq!(robot.ask(piece(37)), range);
     assert_eq!(robot.ask(piece(u16::MAX)), range);
     robot.expect_done(piece(36));
 }
 
 #[test]
-fn a_table_with_a_hole_is_refused_and_may_be_completed() {
+fn a_piece_that_leaves_a_gap_is_refused_and_the_table_may_be_completed() {
     let table = encoded(&fixtures::trot());
+    let piece = |offset: usize| {
+        let end = table.len().min(offset + 64);
+        Command::UploadChunk { offset: offset as u16, data: Chunk::of(&table[offset..end]) }
+    };
     let mut robot = SimRobot::new();
     robot.expect_done(Command::UploadBegin { len: table.len() as u16 });
-    for (index, piece) in table.chunks(64).enumerate().skip(1) {
-        robot.expect_done(Command::UploadChunk { offset: (index * 64) as u16, data: Chunk::of(piece) });
-    }
+    robot.expect_done(piece(0));
 
+    assert_eq!(robot.ask(piece(65)), Reply::Refused(Refusal::UploadRange));
     assert_eq!(robot.ask(COMMIT), Reply::Refused(Refusal::UploadIncomplete));
-    robot.expect_done(Command::UploadChunk { offset: 0, data: Chunk::of(&table[..64]) });
+    for offset in [64, 128, 192, 256].into_iter().filter(|offset| *offset < table.len()) {
+        robot.expect_done(piece(offset));
+    }
     robot.expect_done(COMMIT);
     assert_eq!(robot.ask(COMMIT), Reply::Refused(Refusal::UploadIncomplete), "one table, one commit");
 }
@@ -179,7 +187,7 @@ fn a_worn_memory_cell_is_reported_and_the_gait_saved_before_stays() {
     robot.upload(&fixtures::trot(), amplitude(1.0), true);
     robot.run_frames(80);
     // In the second slot's table, where the next save goes.
-    robot.board.worn_cell = Some(firmware::store::SLOTS[1] + 100);
+    robot.board.worn_cell = Some(GAIT_PLACE_LEN + 100);
 
     robot.upload(&fixtures::medley(), amplitude(2.0), true);
     robot.run_frames(80);
@@ -201,7 +209,7 @@ fn a_saved_gait_that_rotted_gives_way_to_the_one_before() {
         robot.upload(&fixtures::medley(), amplitude(2.0), true);
         robot.run_frames(80);
 
-        robot.board.memory_mut()[usize::from(firmware::store::SLOTS[1]) + offset] ^= 0x04;
+        robot.board.memory_mut()[usize::from(GAIT_PLACE_LEN) + offset] ^= 0x04;
         let mut robot = robot.power_cycle();
 
         let active = robot.status().gait.unwrap();
@@ -210,13 +218,19 @@ fn a_saved_gait_that_rotted_gives_way_to_the_one_before() {
 }
 
 #[test]
-fn an_upload_waits_for_the_save_before_it() {
+fn a_table_may_arrive_during_the_save_before_it_and_waits_with_its_commit() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), true);
 
-    assert_eq!(robot.ask(Command::UploadBegin { len: 249 }), Reply::Refused(Refusal::StorageBusy));
+    robot.send_pieces(&encoded(&fixtures::medley()));
+    let busy = robot.ask(COMMIT);
+    let active = robot.status().gait.unwrap();
     robot.run_frames(80);
-    robot.expect_done(Command::UploadBegin { len: 249 });
+
+    assert_eq!(busy, Reply::Refused(Refusal::StorageBusy));
+    assert_eq!(active.name.as_str(), "trot");
+    robot.expect_done(COMMIT);
+    assert_eq!(robot.status().gait.unwrap().name.as_str(), "medley");
 }
 
 #[test]
@@ -235,16 +249,18 @@ proptest! {
 
     #[test]
     fn no_memory_contents_stop_the_robot_from_starting(
-        bytes in proptest::collection::vec(any::<u8>(), 1024), marks in any::<[bool; 2]>()
+        bytes in proptest::collection::vec(any::<u8>(), 1024), marks in any::<[bool; 6]>()
     ) {
         let mut robot = SimRobot::new();
         robot.board.memory_mut().copy_from_slice(&bytes);
-        for (slot, _) in firmware::store::SLOTS.into_iter().zip(marks).filter(|(_, marked)| *marked) {
-            robot.board.memory_mut()[usize::from(slot)] = 0xA5;
+        let places = (0..u16::from(GAIT_SLOTS)).map(|slot| slot * GAIT_PLACE_LEN);
+        for (at, _) in places.chain(CALIBRATION_PLACES).chain([TRIAL_PLACE]).zip(marks).filter(|(_, marked)| *marked) {
+            robot.board.memory_mut()[usize::from(at)] = 0xA5;
         }
 
         let mut robot = robot.reset(ResetCause::External);
 
         prop_assert!(robot.status().gait.is_none());
+        prop_assert_eq!(robot.status().calibration, CalibrationSource::Default);
     }
 }
