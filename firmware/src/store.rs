@@ -155,10 +155,7 @@ impl Store {
 
     /// The slot of the gait to start with, or else the one before; it may be empty.
     pub fn start_slot(&self, memory: &mut impl PersistentMemory) -> Option<u8> {
-        [START_PLACE, START_PLACE + 1].into_iter().find_map(|at| {
-            let code = memory.read(at);
-            (0..GAIT_SLOTS).find(|&slot| start_code(slot) == code)
-        })
+        start_slot(memory)
     }
 
     /// What is in `slot`.
@@ -177,7 +174,7 @@ impl Store {
         }
         let Some((amplitude, _)) = gait_head(memory, slot) else { return Ok(None) };
         let name = name_at(memory, slot);
-        Ok(Some(StoredGait { name, amplitude, at_start: memory.read(START_PLACE) == start_code(slot) }))
+        Ok(Some(StoredGait { name, amplitude, at_start: self.start_slot(memory) == Some(slot) }))
     }
 
     /// Makes the gait in `slot` the one to start with; only after [`Self::load_gait`].
@@ -273,14 +270,11 @@ impl Store {
         let mut ended = None;
         job.step = match job.step {
             Step::Void => {
-                memory.write(place, VOID);
+                put(memory, place, VOID);
                 Step::Body(0)
             }
             Step::Body(offset) => {
-                let byte = job.byte(offset, payload);
-                if memory.read(place + 1 + offset) != byte {
-                    memory.write(place + 1 + offset, byte);
-                }
+                put(memory, place + 1 + offset, job.byte(offset, payload));
                 if offset + 1 < job.body_len() { Step::Body(offset + 1) } else { Step::Verify }
             }
             Step::Verify => {
@@ -292,7 +286,7 @@ impl Store {
                 Step::Mark
             }
             Step::Mark => {
-                memory.write(place, WHOLE);
+                put(memory, place, WHOLE);
                 Step::Marked
             }
             Step::Marked => {
@@ -304,12 +298,14 @@ impl Store {
                 if job.kind == Kind::Gait { Step::KeepStart } else { Step::Replaced(0) }
             }
             Step::KeepStart => {
-                let code = memory.read(START_PLACE);
-                memory.write(START_PLACE + 1, code);
+                // What the last power cut left of the first byte is not worth keeping.
+                if let Some(slot) = start_slot(memory) {
+                    put(memory, START_PLACE + 1, start_code(slot));
+                }
                 Step::Start
             }
             Step::Start => {
-                memory.write(START_PLACE, start_code(job.slot));
+                put(memory, START_PLACE, start_code(job.slot));
                 if job.kind == Kind::Start {
                     ended = Some(true);
                 }
@@ -325,7 +321,7 @@ impl Store {
                     job.kind == Kind::Calibration || name_at(memory, other) == name_at(memory, job.slot)
                 };
                 if is_replaced {
-                    memory.write(at, VOID);
+                    put(memory, at, VOID);
                 }
                 Step::Replaced(other + 1)
             }
@@ -395,6 +391,22 @@ fn gait_head(memory: &mut impl PersistentMemory, slot: u8) -> Option<(Amplitude,
     let [a0, a1, l0, l1] = head;
     let amplitude = Amplitude::from_units(u16::from_le_bytes([a0, a1]))?;
     Some((amplitude, usize::from(u16::from_le_bytes([l0, l1]))))
+}
+
+#[inline(never)]
+fn start_slot(memory: &mut impl PersistentMemory) -> Option<u8> {
+    [START_PLACE, START_PLACE + 1].into_iter().find_map(|at| {
+        let code = memory.read(at);
+        (0..GAIT_SLOTS).find(|&slot| start_code(slot) == code)
+    })
+}
+
+/// Writes a byte that is not there yet.
+#[inline(never)]
+fn put(memory: &mut impl PersistentMemory, at: u16, byte: u8) {
+    if memory.read(at) != byte {
+        memory.write(at, byte);
+    }
 }
 
 fn name_at(memory: &mut impl PersistentMemory, slot: u8) -> Name {
