@@ -1,0 +1,2 @@
+//! Several gaits in one robot.
+
