@@ -298,7 +298,7 @@ impl App {
             current_ua: self.sample.current_ua(),
             missed_samples: self.trial.missed_samples,
         };
-        link::send(board.serial(), &Message::Telemetry(telemetry));
+        link::send(board.serial(), &Message::Telemetry(&telemetry));
     }
 
     #[inline(never)]
@@ -389,7 +389,7 @@ impl App {
             Ok(()) if self.streamed => Reply::Buffered(self.upload.waiting()),
             Ok(()) => Reply::Done,
         };
-        link::answer(board.serial(), seq, reply);
+        link::answer(board.serial(), seq, &reply);
     }
 
     fn tell(&mut self, event: Event) {

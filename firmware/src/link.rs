@@ -7,7 +7,7 @@
 
 use protocol::command::MAX_CHUNK_LEN;
 use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request};
-use protocol::{Refusal, Reply};
+use protocol::{Event, Refusal, Reply, Telemetry};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::hal::SerialRing;
@@ -46,7 +46,23 @@ impl Serialize for Piece<'_> {
 /// What the host asks for, its bytes still in the receive buffer.
 pub type Command = protocol::Command<Tail>;
 /// What the robot says.
-pub type Message<'a> = protocol::Message<Piece<'a>>;
+///
+/// [`protocol::Message`] by reference: an answer of 50 bytes is written from
+/// where it is, and not copied into its message first.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub enum Message<'a> {
+    /// The answer to request `seq`.
+    Reply {
+        /// The request's number.
+        seq: u8,
+        /// The answer.
+        reply: &'a Reply<Piece<'a>>,
+    },
+    /// One sample of the stream.
+    Telemetry(&'a Telemetry),
+    /// Something happened that nobody asked about.
+    Event(Event),
+}
 
 /// What a frame from the wire asks for.
 #[derive(Debug)]
@@ -163,6 +179,6 @@ pub fn send(serial: &mut impl SerialRing, message: &Message<'_>) -> bool {
 }
 
 /// Answers request `seq`.
-pub fn answer(serial: &mut impl SerialRing, seq: u8, reply: Reply<Piece<'_>>) -> bool {
+pub fn answer(serial: &mut impl SerialRing, seq: u8, reply: &Reply<Piece<'_>>) -> bool {
     send(serial, &Message::Reply { seq, reply })
 }

@@ -208,14 +208,17 @@ impl Store {
             .any(|at| read_place(memory, at, record).is_some() && calibration.replace(record).is_ok())
     }
 
-    /// Reads the last trial.
+    /// Reads the last trial into `record`; says whether there is one.
     ///
     /// # Errors
     /// [`Refusal::StorageBusy`] while something is being written.
-    pub fn load_trial(&self, memory: &mut impl PersistentMemory) -> Result<Option<[u8; TRIAL_LEN]>, Refusal> {
+    pub fn load_trial(
+        &self,
+        memory: &mut impl PersistentMemory,
+        record: &mut [u8; TRIAL_LEN],
+    ) -> Result<bool, Refusal> {
         self.is_free(memory)?;
-        let mut record = [0; TRIAL_LEN];
-        Ok(read_place(memory, TRIAL_PLACE, &mut record).map(|()| record))
+        Ok(read_place(memory, TRIAL_PLACE, record).is_some())
     }
 
     /// A slot that a gait may be saved to.
@@ -318,7 +321,7 @@ impl Store {
             Step::Replaced(other) => {
                 let at = job.place_of(other);
                 let is_replaced = other != job.slot && memory.read(at) == WHOLE && {
-                    job.kind == Kind::Calibration || name_at(memory, other) == name_at(memory, job.slot)
+                    job.kind == Kind::Calibration || have_one_name(memory, at, place)
                 };
                 if is_replaced {
                     put(memory, at, VOID);
@@ -395,11 +398,19 @@ fn gait_head(memory: &mut impl PersistentMemory, slot: u8) -> Option<(Amplitude,
 
 #[inline(never)]
 fn start_slot(memory: &mut impl PersistentMemory) -> Option<u8> {
-    [START_PLACE, START_PLACE + 1].into_iter().find_map(|at| {
-        let code = memory.read(at);
-        (0..GAIT_SLOTS).find(|&slot| start_code(slot) == code)
-    })
+    let slot_in = |code: u8| match code {
+        FIRST => Some(0),
+        SECOND => Some(1),
+        THIRD => Some(2),
+        _ => None,
+    };
+    slot_in(memory.read(START_PLACE)).or_else(|| slot_in(memory.read(START_PLACE + 1)))
 }
+
+const FIRST: u8 = start_code(0);
+const SECOND: u8 = start_code(1);
+const THIRD: u8 = start_code(2);
+const _: () = assert!(GAIT_SLOTS == 3);
 
 /// Writes a byte that is not there yet.
 #[inline(never)]
@@ -407,6 +418,12 @@ fn put(memory: &mut impl PersistentMemory, at: u16, byte: u8) {
     if memory.read(at) != byte {
         memory.write(at, byte);
     }
+}
+
+/// Whether the gaits in two places have the same name.
+fn have_one_name(memory: &mut impl PersistentMemory, one: u16, other: u16) -> bool {
+    const FIRST: u16 = 1 + GAIT_HEAD_LEN + NAME;
+    (FIRST..FIRST + Name::CAPACITY as u16).all(|at| memory.read(one + at) == memory.read(other + at))
 }
 
 fn name_at(memory: &mut impl PersistentMemory, slot: u8) -> Name {

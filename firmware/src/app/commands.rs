@@ -6,6 +6,7 @@
 use protocol::calibration::MAX_COUNTS;
 use protocol::command::{ActiveGait, CalibrationSource, MAX_CHUNK_LEN, Record, Storage};
 use protocol::gait::MAX_ENCODED_LEN;
+use protocol::trial::TRIAL_LEN;
 use protocol::{
     Amplitude, FRAME_RATE_HZ, Fault, GAIT_SLOTS, HelloReply, JOINT_COUNT, Limits, PROTOCOL_VERSION, Refusal,
     Reply, STREAM_CAPACITY, Speed, Status,
@@ -48,7 +49,7 @@ impl App {
             },
             Command::StoredGait { slot } => match self.store.stored_gait(board.memory(), slot) {
                 Ok(stored) => {
-                    link::answer(board.serial(), seq, Reply::Stored(stored));
+                    link::answer(board.serial(), seq, &Reply::Stored(stored));
                     return None;
                 }
                 Err(refusal) => Err(refusal),
@@ -91,7 +92,7 @@ impl App {
             limits: LIMITS,
             reset_cause: self.reset_cause,
         };
-        link::answer(board.serial(), seq, Reply::Hello(hello));
+        link::answer(board.serial(), seq, &Reply::Hello(hello));
     }
 
     #[inline(never)]
@@ -114,7 +115,7 @@ impl App {
             dropped_bytes: board.serial().dropped(),
             bus_errors: board.bus().errors(),
         };
-        link::answer(board.serial(), seq, Reply::Status(status));
+        link::answer(board.serial(), seq, &Reply::Status(status));
     }
 
     /// Answers with the piece of a record that starts at `offset`.
@@ -124,19 +125,22 @@ impl App {
     /// while something is being saved.
     #[inline(never)]
     fn read(&self, board: &mut impl Board, seq: u8, record: Record, offset: u16) -> Result<(), Refusal> {
-        let trial;
+        let mut trial = [0; TRIAL_LEN];
         let bytes: &[u8] = match record {
             Record::Gait if self.gait.bytes().is_empty() => return Err(Refusal::NoGait),
             Record::Gait => self.gait.bytes(),
             Record::Calibration => self.calibration.bytes(),
             Record::LastTrial => {
-                trial = self.store.load_trial(board.memory())?;
-                trial.as_ref().map_or(&[], <[u8; _]>::as_slice)
+                if self.store.load_trial(board.memory(), &mut trial)? {
+                    &trial
+                } else {
+                    &[]
+                }
             }
         };
         let rest = bytes.get(usize::from(offset)..).unwrap_or(&[]);
         let piece = rest.get(..MAX_CHUNK_LEN).unwrap_or(rest);
-        link::answer(board.serial(), seq, Reply::Piece(Piece(piece)));
+        link::answer(board.serial(), seq, &Reply::Piece(Piece(piece)));
         Ok(())
     }
 

@@ -63,8 +63,7 @@ impl JointCurve {
     }
 
     fn deviation_q17(&self, phase: u16) -> i32 {
-        let [first, others @ ..] = &self.coefficients;
-        deviation_q17::<PlainProduct>(phase, first.0, others.iter().rev().map(|c| c.0))
+        deviation_q17::<PlainProduct>(phase, self.coefficients.iter().rev().map(|c| c.0))
     }
 
     /// Asked angle at `phase` (1/65536 of a stride), before any limit.
@@ -94,26 +93,22 @@ pub(super) const fn are_valid_limits(centre: Angle, min: Angle, max: Angle) -> b
 
 /// Deviation from the centre at amplitude 1.0, in 2^-17 degree.
 ///
-/// Clenshaw's recurrence over coefficients of 2^-9 degree, the last order first,
-/// order 0 apart. The intermediate values stay below 64 degrees * (1 + ... + 11)
-/// = 4,224 degrees, 30 bits: nothing overflows.
+/// Clenshaw's recurrence over coefficients of 2^-9 degree, the last order first:
+/// `b_k = c_k + 2 x b_(k+1) - b_(k+2)`, and the series is `(b_0 + c_0 - b_2) / 2`.
+/// The intermediate values stay below 64 degrees * (1 + ... + 12) = 4,992 degrees,
+/// 30 bits: nothing overflows.
 #[inline(always)]
-pub(super) fn deviation_q17<P: Product>(
-    phase: u16,
-    first: i16,
-    others_reversed: impl Iterator<Item = i16>,
-) -> i32 {
+pub(super) fn deviation_q17<P: Product>(phase: u16, coefficients_reversed: impl Iterator<Item = i16>) -> i32 {
     // Phase 0..65536 is x = -1..1 in Q15, exactly.
     let x_q15 = (phase ^ 0x8000) as i16;
-    let (mut b1, mut b2) = (0_i32, 0_i32);
-    for coefficient in others_reversed {
+    let (mut b0, mut b1, mut b2, mut last) = (0_i32, 0_i32, 0_i32, 0_i32);
+    for coefficient in coefficients_reversed {
+        (b2, b1) = (b1, b0);
+        last = (coefficient as i32) << 8;
         // b * x / 2^16 is half of x * b: four times that is 2 x b.
-        let twice = P::of(b1, x_q15) << 2;
-        let next = twice.wrapping_sub(b2).wrapping_add((coefficient as i32) << 8);
-        b2 = b1;
-        b1 = next;
+        b0 = (P::of(b1, x_q15) << 2).wrapping_sub(b2).wrapping_add(last);
     }
-    (P::of(b1, x_q15) << 1).wrapping_sub(b2).wrapping_add((first as i32) << 8)
+    b0.wrapping_add(last).wrapping_sub(b2) >> 1
 }
 
 /// `centre + amplitude * deviation`, to the nearest 1/256 degree.

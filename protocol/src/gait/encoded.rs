@@ -117,8 +117,11 @@ impl Encoded {
     /// [`Self::setpoint`] with a processor's own way to multiply.
     #[must_use]
     pub fn setpoint_by<P: Product>(&self, joint: Joint, phase: u16, amplitude: Amplitude) -> Angle {
-        let deviation_q17 =
-            if self.is_sampled() { self.samples_q17(joint, phase) } else { self.curve_q17::<P>(joint, phase) };
+        let deviation_q17 = if self.is_sampled() {
+            self.samples_q17(joint, phase)
+        } else {
+            self.curve_q17::<P>(joint, phase)
+        };
         curve::scaled::<P>(self.centre(joint), deviation_q17, amplitude)
     }
 
@@ -152,9 +155,8 @@ impl Encoded {
     fn curve_q17<P: Product>(&self, joint: Joint, phase: u16) -> i32 {
         let coefficients = self.bytes.get(curve_at(joint) + 6..).unwrap_or(&[]);
         let (coefficients, _) = coefficients.as_chunks::<2>();
-        let Some([first, others @ ..]) = coefficients.first_chunk::<COEFFICIENT_COUNT>() else { return 0 };
-        let others = others.iter().rev().map(|&word| i16::from_le_bytes(word));
-        curve::deviation_q17::<P>(phase, i16::from_le_bytes(*first), others)
+        let coefficients = coefficients.get(..COEFFICIENT_COUNT).unwrap_or(&[]);
+        curve::deviation_q17::<P>(phase, coefficients.iter().rev().map(|&word| i16::from_le_bytes(word)))
     }
 
     fn samples_q17(&self, joint: Joint, phase: u16) -> i32 {

@@ -37,6 +37,12 @@ impl Shared {
     }
 }
 
+/// Two of them as a number, the low byte first; interrupts must be off if they
+/// belong to one.
+pub fn word(low: &Shared, high: &Shared) -> u16 {
+    u16::from_le_bytes([low.get(), high.get()])
+}
+
 /// The general-purpose I/O registers, at their I/O addresses: scratch of the
 /// handlers written by hand. Nothing else uses them, and no handler is ever
 /// interrupted.

@@ -6,7 +6,7 @@
 
 use core::arch::asm;
 
-use super::shared::Shared;
+use super::shared::{Shared, word};
 
 /// What an unused byte holds.
 const PAINT: u8 = 0xC5;
@@ -52,7 +52,7 @@ pub fn left() -> u16 {
             place.set(byte);
         }
     }
-    u16::from_le_bytes(LAST.each_ref().map(Shared::get))
+    word(&LAST[0], &LAST[1])
 }
 
 #[inline(never)]

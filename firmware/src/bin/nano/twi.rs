@@ -17,7 +17,7 @@ use core::cell::Cell;
 use firmware::hal::{BurstState, Bus, Reading};
 use firmware::servos::ServoBurst;
 
-use super::shared::Shared;
+use super::shared::{Shared, word};
 use super::timer::TICKS_PER_US;
 pub use chain::start_burst;
 pub use master::Twi;
@@ -133,12 +133,10 @@ impl Bus for Twi {
             return None;
         }
         let bytes = READINGS.get(usize::from(at)..)?.first_chunk::<{ READING_LEN as usize }>()?;
-        let [bus_high, bus_low, shunt_high, shunt_low] = bytes.each_ref().map(Shared::get);
+        let [bus_high, bus_low, shunt_high, shunt_low] = bytes;
+        let reading = Reading { bus: word(bus_low, bus_high), shunt: word(shunt_low, shunt_high) as i16 };
         TAIL.set((at + READING_LEN) & RING_MASK);
-        Some(Reading {
-            bus: u16::from_be_bytes([bus_high, bus_low]),
-            shunt: i16::from_be_bytes([shunt_high, shunt_low]),
-        })
+        Some(reading)
     }
 
     fn errors(&self) -> u16 {

@@ -12,7 +12,7 @@ mod handlers;
 use avr_device::atmega328p::{USART0, usart0};
 use avr_device::interrupt;
 
-use super::shared::Shared;
+use super::shared::{Shared, word};
 use firmware::hal::SerialRing;
 
 /// The longest turn of the main loop under a flood is 3 ms: 35 bytes.
@@ -142,6 +142,6 @@ impl SerialRing for Usart {
     }
 
     fn dropped(&self) -> u16 {
-        interrupt::free(|_| u16::from_le_bytes(DROPPED.each_ref().map(Shared::get)))
+        interrupt::free(|_| word(&DROPPED[0], &DROPPED[1]))
     }
 }
