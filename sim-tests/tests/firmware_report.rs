@@ -35,13 +35,11 @@ const LIMITS: [&str; 4] =
 
 /// Figures whose bar is missed, and how far they may miss it: no further than
 /// today. The README says the same; whoever meets a bar takes its line away.
-const MISSED: [(&str, f64); 6] = [
-    ("cpu_busy_flood_percent", 62.0),
+const MISSED: [(&str, f64); 4] = [
+    ("cpu_busy_flood_percent", 45.0),
     ("flash_bytes", 25_600.0),
-    ("ram_peak_bytes", 1_700.0),
-    ("watchdog_stop_ms", 245.0),
+    ("watchdog_stop_ms", 160.0),
     ("energy_error_percent", 30.0),
-    ("attached_stop_ms", 1_500.0),
 ];
 
 fn elf() -> std::path::PathBuf {

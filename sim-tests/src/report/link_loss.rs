@@ -12,9 +12,7 @@ use super::rig::{Firmware, Rig, RigError};
 use crate::client::ClientError;
 use crate::devices::pca9685::Burst;
 use crate::nano::seconds;
-use protocol::{
-    Angle, Chunk, Command, Event, JOINT_COUNT, LINK_TIMEOUT_FRAMES, Message, Refusal, Reply, State, WalkEnd,
-};
+use protocol::{Angle, Chunk, Command, Event, JOINT_COUNT, Message, Refusal, Reply, State, WalkEnd};
 
 /// Servos that move for so long after the last byte do not stop.
 const PATIENCE_S: f64 = 3.0;
@@ -142,11 +140,8 @@ fn offset_s(moment: u32, moments: u32) -> f64 {
     (2.0 + f64::from(moment) / f64::from(moments)) * FRAME_S
 }
 
-/// The firmware's own timeout of an attached walk, in milliseconds.
-#[must_use]
-pub fn attached_timeout_ms() -> f64 {
-    f64::from(LINK_TIMEOUT_FRAMES) * FRAME_S * 1e3
-}
+/// An attached walk stands by then.
+pub const ATTACHED_BAR_MS: f64 = 1_000.0;
 
 /// The slowest stream's last change on a servo's wire: where the PWM cycle begins
 /// is chance, so all of one comes on top.

@@ -11,7 +11,7 @@ use super::rig::{Firmware, Rig, RigError};
 use crate::nano::trace::{InterruptLog, Trace};
 use crate::nano::{CLOCK_HZ, ENTRY_CYCLES, seconds};
 use protocol::command::{Chunk, MAX_CHUNK_LEN};
-use protocol::frame::{self, MAX_FRAME_LEN, Request};
+use protocol::frame::{self, MAX_FRAME_LEN, Request, STOP_BYTE};
 use protocol::{Command, FRAME_RATE_HZ};
 
 /// What fills the line.
@@ -71,11 +71,17 @@ impl Source {
         frame::encode(&request, &mut buffer).map(|bytes| bytes.to_vec()).unwrap_or_default()
     }
 
+    /// Never the byte that stops the robot: it shall walk on, to be measured.
     fn noise_byte(&mut self) -> u8 {
-        // Knuth's MMIX generator; its high bits are the good ones.
-        self.noise =
-            self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.noise >> 56) as u8
+        loop {
+            // Knuth's MMIX generator; its high bits are the good ones.
+            self.noise =
+                self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let byte = (self.noise >> 56) as u8;
+            if byte != STOP_BYTE {
+                return byte;
+            }
+        }
     }
 }
 
@@ -154,6 +160,9 @@ pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Load, RigError> {
             Some(flood) => run_flooded(&mut rig, flood, duration_s)?,
         }
         let trace = rig.take_trace()?;
+        if !rig.robot.nano().bus().pca9685.drives_any() {
+            return Err(RigError::Unseen("walk through a flood"));
+        }
         let passes = trace.passes.as_ref().ok_or(RigError::Unseen("main loop"))?;
         let percent = 100.0 * passes.busy().ok_or(RigError::Unseen("pass of the main loop"))?;
         match flood {
@@ -198,6 +207,7 @@ mod tests {
             let mut source = Source { flood, seq: 0, noise: 1 };
             let bytes: Vec<u8> = (0..300).flat_map(|_| source.next()).collect();
             assert!(bytes.len() > 1_000, "{}", flood.name());
+            assert!(!bytes.contains(&STOP_BYTE), "{}", flood.name());
             if matches!(flood, Flood::Status | Flood::Chunks) {
                 let mut decoder = frame::Decoder::new();
                 let bodies: Vec<_> =

@@ -11,7 +11,7 @@
 use super::bootloader::{self, Bootloader};
 use super::rig::{Firmware, Rig, RigError};
 use crate::nano::{CLOCK_HZ, OutputEnable, seconds};
-use protocol::{Event, Message, ResetCause, State};
+use protocol::{Event, FRAME_RATE_HZ, Message, ResetCause, State};
 
 /// `rjmp .`
 const HANG: u16 = 0xCFFF;
@@ -20,6 +20,7 @@ const FRAME_VECTOR: u32 = 11 * 4;
 /// The old bootloader takes seconds before it starts the program.
 const PATIENCE_CYCLES: u64 = 5 * CLOCK_HZ;
 const STEP_CYCLES: u64 = CLOCK_HZ / 20_000;
+const FRAME_CYCLES: u64 = CLOCK_HZ / FRAME_RATE_HZ as u64;
 
 /// Where the program hangs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +126,15 @@ fn bite(
         Hang::MainLoop => firmware.head,
         Hang::Handler => FRAME_VECTOR,
     };
+    // Just before a frame, for only then its handler hangs.
+    rig.robot.take_bursts();
+    let frame = loop {
+        rig.robot.run_until(rig.robot.now() + STEP_CYCLES)?;
+        if let Some(burst) = rig.robot.take_bursts().first() {
+            break (burst.start_s * CLOCK_HZ as f64) as u64;
+        }
+    };
+    rig.robot.run_until(frame + FRAME_CYCLES - 2 * STEP_CYCLES)?;
     let began = rig.robot.now();
     let before = rig.robot.nano_mut().patch(address, HANG).ok_or(RigError::Unseen("main loop"))?;
 

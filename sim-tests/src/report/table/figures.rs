@@ -116,7 +116,7 @@ pub(super) fn limits_of(measured: &Measured) -> Vec<Figure> {
             key: "attached_stop_ms",
             what: "attached walk without a host: last move (ms)",
             value: link_loss::slowest_ms(&measured.silences),
-            bar: link_loss::attached_timeout_ms(),
+            bar: link_loss::ATTACHED_BAR_MS,
         },
     ]
 }
