@@ -154,6 +154,22 @@ fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
     assert!(!robot.nano().bus().pca9685.drives_any());
 }
 
+/// The watchdog is on from the start, and each look at a stuck bus takes its time.
+#[test]
+fn a_start_with_a_stuck_bus_is_no_hang_and_the_robot_answers() {
+    for clocks in [0, 9, u8::MAX] {
+        let mut robot = robot_with(Box::new(Bench::new(0.1)));
+        robot.nano_mut().bus_mut().set_stuck(clocks == 0);
+        robot.nano_mut().bus_mut().hold_data(clocks);
+        let mut client = Client::new();
+
+        client.run_for(&mut robot, 0.5).unwrap();
+
+        assert_eq!(robot.nano().counters().watchdog_resets, 0);
+        assert_eq!(status(&mut robot, &mut client).state, State::Idle);
+    }
+}
+
 /// A chip that lost its master in the middle of a byte waits for the rest of
 /// it, and holds SDA meanwhile: no START gets through until it is clocked free.
 #[test]
@@ -195,7 +211,7 @@ fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
     client.run_for(&mut robot, 2.0).unwrap();
 
     assert!(robot.nano_mut().hang(), "the image has no endless loop to hang in");
-    robot.run_for(0.05).unwrap();
+    robot.run_for(0.02).unwrap();
     let pulses_on = robot.nano().bus().pca9685.drives_any();
     let mut client = Client::new();
     client.run_for(&mut robot, 0.1).unwrap();

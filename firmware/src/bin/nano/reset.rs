@@ -78,15 +78,16 @@ fn write_watchdog(bits: u8) {
     }
 }
 
-/// Resets the board 64 ms after the main loop stopped feeding it: its longest
-/// turn, a start with a stuck bus, takes less than a third of that.
+/// Resets the board 32 ms after the main loop stopped feeding it; then the chip
+/// takes 65 ms to start. The longest turn, a start with a stuck bus, takes half
+/// of that.
 pub struct Watchdog(());
 
 impl Watchdog {
-    /// System reset mode, 8 K cycles of 128 kHz.
+    /// System reset mode, 4 K cycles of 128 kHz.
     pub fn start() -> Self {
-        // WDE, and WDP 0b0010.
-        write_watchdog(0b0000_1010);
+        // WDE, and WDP 0b0001.
+        write_watchdog(0b0000_1001);
         Self(())
     }
 }
