@@ -4,6 +4,7 @@
 
 mod chips;
 mod faults;
+mod port;
 mod stack;
 mod support;
 

@@ -12,7 +12,7 @@ const PAINT: u8 = 0xC5;
 const SPARE_BYTES: usize = 96;
 
 /// Bytes between data and stack that were never used.
-fn untouched(sram: &[u8]) -> usize {
+pub fn untouched(sram: &[u8]) -> usize {
     sram.split(|&byte| byte != PAINT).map(<[u8]>::len).max().unwrap_or(0)
 }
 
