@@ -22,6 +22,7 @@ pub mod playable;
 pub mod record;
 pub mod robot;
 pub mod run_folder;
+pub mod sampled;
 #[cfg(feature = "sim")]
 pub mod sim;
 #[cfg(feature = "train")]

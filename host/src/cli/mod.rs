@@ -13,6 +13,7 @@ mod measure;
 mod reach;
 #[cfg(feature = "train")]
 mod record;
+mod recording;
 mod set;
 mod status;
 mod stop;

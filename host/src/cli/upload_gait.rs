@@ -1,33 +1,42 @@
-//! `host upload-gait`: a gait from its file onto the robot.
+//! `host upload-gait`: a gait from its file, or a recording, onto the robot.
 //!
 //! Owns the flags, the check of the limits at the asked amplitude, and the
 //! words; the transfer is [`crate::upload`]'s.
 
+mod check;
+mod material;
+
 use super::explain::{failure, failure_with_help, path_text};
-use super::reach::{Port, link_cause};
+use super::reach::{Port, link_cause, unreachable_robot};
+use super::recording::Recording;
 use super::{Cause, Failure};
+use crate::gait_file::gait_sha256;
 use crate::gait_file::limits::{LeavesLimits, as_typed};
-use crate::gait_file::{GaitFile, GaitFileError, gait_sha256};
-use crate::run_folder;
 use crate::upload::{self, Stage, UploadError, Uploaded};
+use check::Check;
 use indicatif::{ProgressBar, ProgressStyle};
-use protocol::Amplitude;
+use material::Material;
 use protocol::command::Storage;
-use serde_json::json;
-use std::path::{Path, PathBuf};
+use protocol::gait::MAX_ROWS;
+use protocol::{Amplitude, Calibration};
+use serde_json::{Value, json};
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// Send a gait to the robot, verify and store it.
 ///
 /// The gait becomes active at once or not at all, and so does the amplitude.
 /// Both are kept through power-off, unless --ram is given.
+///
+/// With --sampled, a trajectory is sent as it was recorded, not smoothed: up to
+/// 27 rows as they are, more resampled to 27.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Amplitude about each joint's centre, 0.5 to 3.0; 1.875 is a policy's own stroke
     #[arg(long = "amp", value_name = "X")]
     amplitude: f64,
     /// The gait: a readable file, or the bytes of a table (.bin) [default: that of the last run]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "sampled")]
     gait: Option<PathBuf>,
     #[command(flatten)]
     port: Port,
@@ -37,15 +46,28 @@ pub struct Args {
     /// Play a gait that leaves the joint limits, held at the limits
     #[arg(long)]
     clip: bool,
+    /// Check limits, joint speeds and pulses; move and change nothing
+    #[arg(long)]
+    dry_run: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+    /// Send the trajectory of the last run, or of the CSV that is named, as samples
+    #[arg(long)]
+    sampled: bool,
+    /// What the robot will call the samples, up to 16 characters [default: from the file]
+    #[arg(long, requires = "sampled")]
+    name: Option<String>,
+    #[command(flatten, next_help_heading = "With --sampled")]
+    recording: Recording,
 }
 
 #[derive(Debug, Error)]
 enum BadFlag {
     #[error("--amp is {value}; it must be within {} to {}", Amplitude::MIN.value(), Amplitude::MAX.value())]
     Amplitude { value: f64 },
+    #[error("{flag} was given, but this uploads a gait, not a recording")]
+    NotSampled { flag: &'static str },
 }
 
 #[derive(Debug, Error)]
@@ -58,39 +80,40 @@ struct Refused {
 pub fn run(args: Args) -> Result<(), Failure> {
     let amplitude = Amplitude::from_f64(args.amplitude)
         .ok_or_else(|| failure(Cause::Usage, BadFlag::Amplitude { value: args.amplitude }))?;
-    let path = args.gait.clone().unwrap_or_else(|| Path::new(run_folder::LATEST).join(run_folder::GAIT));
-    let gait = GaitFile::load(&path).map_err(unreadable)?;
-    let table = gait.encoded().map_err(|e| failure(Cause::Input, e))?;
-    let clipped_share = clipped_share(&args, &path, &gait)?;
+    let material = Material::of(&args)?;
+    let clipped_share = clipped_share(&args, &material, amplitude)?;
+    if args.dry_run {
+        return rehearse(&args, &material, amplitude, clipped_share);
+    }
 
     let mut link = args.port.connect()?;
-    let bar = progress_bar(table.len(), args.json);
-    let outcome = upload::upload(&mut link, &table, amplitude, !args.ram, |stage, sent| {
+    let calibration = check::calibration_on(&mut link).map_err(unreachable_robot)?;
+    let calibration = (calibration.unwrap_or_else(Calibration::authors), "the robot's".to_owned());
+    for warning in Check::of(&material, amplitude, calibration).warnings() {
+        eprintln!("warning: {warning}");
+    }
+    let bar = progress_bar(material.bytes.len(), args.json);
+    let outcome = upload::upload(&mut link, &material.bytes, amplitude, !args.ram, |stage, sent| {
         bar.set_message(words_of(stage));
         bar.set_position(sent as u64);
     });
     bar.finish_and_clear();
     let uploaded = outcome.map_err(failed)?;
 
-    let sha256 = gait_sha256(&table);
     if args.json {
-        let result = json!({
+        let mut result = to_json(&material, clipped_share);
+        let more = json!({
             "port": link.name(),
-            "gait": path_text(&path),
-            "gait_name": uploaded.gait.name.as_str(),
             "gait_crc32": format!("{:08x}", uploaded.gait.crc32),
-            "gait_sha256": sha256,
-            "gait_source": gait.provenance.source.name(),
             "amplitude": as_typed(uploaded.gait.amplitude),
-            "period_s": gait.period_s,
-            "clipped_share": clipped_share,
             "saved": uploaded.storage == Storage::Saved,
             "transfer_s": uploaded.transfer.as_secs_f64(),
             "total_s": uploaded.total.as_secs_f64(),
         });
+        merge(&mut result, more);
         println!("{result:#}");
     } else {
-        print_words(&uploaded, &sha256, table.len(), clipped_share);
+        print_words(&uploaded, &material, clipped_share);
         if uploaded.storage == Storage::Saved {
             println!("Next: cargo run -p host -- measure{}", args.port.as_flag());
         }
@@ -98,7 +121,85 @@ pub fn run(args: Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn print_words(uploaded: &Uploaded, sha256: &str, len: usize, clipped_share: f64) {
+/// Everything but the upload.
+fn rehearse(
+    args: &Args,
+    material: &Material,
+    amplitude: Amplitude,
+    clipped_share: f64,
+) -> Result<(), Failure> {
+    let check = Check::of(material, amplitude, check::calibration(&args.port)?);
+    if !args.clip {
+        check.verdict()?;
+    }
+    let warnings = check.warnings();
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    if args.json {
+        let mut result = to_json(material, clipped_share);
+        merge(&mut result, json!({ "dry_run": true, "amplitude": args.amplitude, "warnings": warnings }));
+        merge(&mut result, check.to_json());
+        println!("{result:#}");
+        return Ok(());
+    }
+    let (name, period_s) = (material.playable.encoded().name(), material.period_s());
+    println!("gait \"{}\" at {}x, a stride in {period_s:.3} s", name.as_str(), args.amplitude);
+    print_samples(material);
+    print_clipped(clipped_share);
+    check.print();
+    println!("{} bytes could be uploaded; nothing was", material.bytes.len());
+    Ok(())
+}
+
+fn to_json(material: &Material, clipped_share: f64) -> Value {
+    let sampled = material.sampled.as_ref().map(|sampled| {
+        json!({
+            "rows": sampled.table.rows.as_slice().len(),
+            "recorded_rows": sampled.recorded_rows,
+            "step_deg": sampled.step_deg,
+            "worst_deg": sampled.worst_deg,
+        })
+    });
+    json!({
+        "gait": path_text(&material.path),
+        "gait_name": material.playable.encoded().name().as_str(),
+        "gait_sha256": gait_sha256(&material.bytes),
+        "gait_source": material.source,
+        "period_s": material.period_s(),
+        "clipped_share": clipped_share,
+        "sampled": sampled,
+    })
+}
+
+/// Adds the fields of one object to another.
+fn merge(object: &mut Value, more: Value) {
+    if let (Value::Object(fields), Value::Object(more)) = (object, more) {
+        fields.extend(more);
+    }
+}
+
+fn print_samples(material: &Material) {
+    let Some(sampled) = &material.sampled else { return };
+    let rows = sampled.table.rows.as_slice().len();
+    let resampled = if sampled.recorded_rows > rows {
+        format!("{rows} rows, of {} recorded: a robot takes {MAX_ROWS}", sampled.recorded_rows)
+    } else {
+        format!("{rows} rows as recorded; a robot takes up to {MAX_ROWS}")
+    };
+    println!(
+        "{resampled}; steps of {:.2} degree, at most {:.2} degree off the recording at 1x",
+        sampled.step_deg, sampled.worst_deg
+    );
+}
+
+fn print_clipped(clipped_share: f64) {
+    if clipped_share > 0.0 {
+        println!("joints will be held at their limits during {:.1} % of each stride", 100.0 * clipped_share);
+    }
+}
+
+fn print_words(uploaded: &Uploaded, material: &Material, clipped_share: f64) {
     let gait = &uploaded.gait;
     println!(
         "the robot has gait \"{}\" (CRC {:08x}) at {}x",
@@ -106,11 +207,10 @@ fn print_words(uploaded: &Uploaded, sha256: &str, len: usize, clipped_share: f64
         gait.crc32,
         as_typed(gait.amplitude)
     );
-    println!("sha256 {sha256}");
-    if clipped_share > 0.0 {
-        println!("joints will be held at their limits during {:.1} % of each stride", 100.0 * clipped_share);
-    }
-    let transfer_ms = uploaded.transfer.as_millis();
+    println!("sha256 {}", gait_sha256(&material.bytes));
+    print_samples(material);
+    print_clipped(clipped_share);
+    let (len, transfer_ms) = (material.bytes.len(), uploaded.transfer.as_millis());
     match uploaded.storage {
         Storage::Saved => println!(
             "{len} bytes transferred and verified in {transfer_ms} ms, saved in {:.2} s",
@@ -124,10 +224,10 @@ fn print_words(uploaded: &Uploaded, sha256: &str, len: usize, clipped_share: f64
 }
 
 /// Share of the stride at the limits: 0 unless `--clip` allows more.
-fn clipped_share(args: &Args, path: &Path, gait: &GaitFile) -> Result<f64, Failure> {
-    match gait.check_limits(args.amplitude) {
+fn clipped_share(args: &Args, material: &Material, amplitude: Amplitude) -> Result<f64, Failure> {
+    match material.check_limits(args.amplitude) {
         Ok(()) => Ok(0.0),
-        Err(_) if args.clip => Ok(gait.clipped_share(args.amplitude)),
+        Err(_) if args.clip => Ok(material.clipped_share(amplitude)),
         Err(source) => {
             let help = match source.largest {
                 Some(largest) => format!(
@@ -139,19 +239,10 @@ fn clipped_share(args: &Args, path: &Path, gait: &GaitFile) -> Result<f64, Failu
                     Amplitude::MIN.value()
                 ),
             };
-            let refused = Refused { path: path.display().to_string(), source };
+            let refused = Refused { path: material.path.display().to_string(), source };
             Err(failure_with_help(Cause::Input, refused, help))
         }
     }
-}
-
-fn unreadable(error: GaitFileError) -> Failure {
-    let help = match &error {
-        GaitFileError::File(_) => "`host fit` writes runs/latest/gait.toml; or name another: --gait FILE",
-        GaitFileError::Bytes { .. } => "copy the file again, or use the gait.toml beside it",
-        GaitFileError::Parse { .. } | GaitFileError::Unusable { .. } => "write it anew with `host fit`",
-    };
-    failure_with_help(Cause::Input, error, help)
 }
 
 fn failed(error: UploadError) -> Failure {

@@ -1,21 +1,17 @@
 //! Where a gait comes from, what it is called, and where it goes.
 
-use super::{Args, Chosen};
+use super::Args;
 use crate::cli::Failure;
 use crate::cli::explain::{failure, file_cause};
+use crate::cli::recording::Chosen;
+use crate::fit::Seam;
 use crate::gait_file::{Provenance, Source};
-use crate::robot::Robot;
 use crate::run_folder;
-use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 
-pub fn provenance(
-    args: &Args,
-    trajectory: &Trajectory,
-    chosen: &Chosen,
-    robot: Option<&Robot>,
-) -> Provenance {
-    let path = args.trajectory();
+pub fn provenance(args: &Args, chosen: &Chosen, seam: Seam) -> Provenance {
+    let path = &chosen.path;
+    let trajectory = &chosen.trajectory;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
     let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
@@ -26,11 +22,11 @@ pub fn provenance(
         file: Some(path.display().to_string()),
         file_sha256: Some(trajectory.sha256.clone()),
         rows: Some(format!("{}..{}", chosen.rows.start, chosen.rows.end)),
-        seam: Some(chosen.seam.name().into()),
-        time_stretch: Some(args.time_stretch),
+        seam: Some(seam.name().into()),
+        time_stretch: Some(chosen.time_stretch),
         run: run.filter(|_| trained),
         seed,
-        leg_scale: robot.map(|robot| robot.geometry.leg_scale),
+        leg_scale: chosen.robot.as_ref().map(|robot| robot.geometry.leg_scale),
         command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
         ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
     }
@@ -54,7 +50,7 @@ pub fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
     if name.trim().is_empty() { "gait".into() } else { name }
 }
 
-pub fn out_path(args: &Args, trajectory: &Trajectory) -> Result<PathBuf, Failure> {
+pub fn out_path(args: &Args, chosen: &Chosen) -> Result<PathBuf, Failure> {
     let machine = |e: run_folder::FileError| failure(file_cause(&e), e);
     if let Some(out) = &args.out {
         if let Some(folder) = out.parent() {
@@ -64,8 +60,8 @@ pub fn out_path(args: &Args, trajectory: &Trajectory) -> Result<PathBuf, Failure
         }
         return Ok(out.clone());
     }
-    if trajectory.is_own_stride {
-        return Ok(args.trajectory().with_file_name(run_folder::GAIT));
+    if chosen.trajectory.is_own_stride {
+        return Ok(chosen.path.with_file_name(run_folder::GAIT));
     }
     let folder = run_folder::create("fit").map_err(machine)?;
     run_folder::make_latest(&folder).map_err(machine)?;

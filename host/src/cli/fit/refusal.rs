@@ -3,7 +3,6 @@
 use crate::cli::explain::{failure, failure_with_help, file_cause};
 use crate::cli::{Cause, Failure};
 use crate::gait_file::{GaitFileError, UnusableGait};
-use crate::trajectory::TrajectoryError;
 
 pub fn unplayable(error: UnusableGait) -> Failure {
     let help = match &error {
@@ -14,25 +13,6 @@ pub fn unplayable(error: UnusableGait) -> Failure {
         }
         UnusableGait::JointValue { .. } | UnusableGait::Deviation { .. } => {
             "a joint moves by --unit-deg per unit of action; are the recording's units others?"
-        }
-        _ => return failure(Cause::Input, error),
-    };
-    failure_with_help(Cause::Input, error, help)
-}
-
-pub fn unreadable(error: TrajectoryError) -> Failure {
-    let help = match &error {
-        TrajectoryError::File(_) => {
-            "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own"
-        }
-        TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
-            "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
-        }
-        TrajectoryError::UnevenTime { .. } => {
-            "choose rows without a gap (--rows A..B), or give the duration yourself (--period S)"
-        }
-        TrajectoryError::Number { .. } | TrajectoryError::RowLength { .. } => {
-            "correct the line, or skip a column of no interest with `-` in --columns"
         }
         _ => return failure(Cause::Input, error),
     };

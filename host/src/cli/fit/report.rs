@@ -1,7 +1,8 @@
 //! What a fit came to, for people and for scripts.
 
-use super::{Args, Chosen};
+use super::Args;
 use crate::cli::explain::path_text;
+use crate::cli::recording::Chosen;
 use crate::fit::{FEW_ROWS, JointFit, R2_WARNING};
 use crate::gait_file::limits::round_down;
 use crate::gait_file::{GaitFile, gait_sha256};
@@ -25,7 +26,7 @@ pub fn print(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_C
     if args.json {
         print_json(out, gait, fits, chosen, &warnings);
     } else {
-        print_table(args, out, gait, fits, chosen);
+        print_table(out, gait, fits, chosen);
     }
 }
 
@@ -55,16 +56,16 @@ fn warnings(fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) -> Vec<String> {
     warnings
 }
 
-fn print_table(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) {
+fn print_table(out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) {
     println!(
         "{}: rows {}..{} of {}, {:.3} s recorded, {:.3} s played, seam {}",
         gait.name,
         chosen.rows.start,
         chosen.rows.end,
-        args.trajectory().display(),
+        chosen.path.display(),
         chosen.recorded_s,
         gait.period_s,
-        chosen.seam.name()
+        gait.provenance.seam.as_deref().unwrap_or_default()
     );
     if let Some(found) = &chosen.found {
         println!(
@@ -155,7 +156,7 @@ fn print_json(
         "rows": [chosen.rows.start, chosen.rows.end],
         "recorded_s": chosen.recorded_s,
         "period_s": gait.period_s,
-        "seam": chosen.seam.name(),
+        "seam": gait.provenance.seam,
         "unit_deg": gait.unit_deg,
         "largest_amplitude": largest.map(|l| round_down(l.amplitude)),
         "limiting_joint": largest.map(|l| l.joint.name()),

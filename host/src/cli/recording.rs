@@ -1,0 +1,283 @@
+//! Somebody's recording of joints, and how it is meant: the flags that `fit`,
+//! `upload-gait --sampled` and `play` share.
+//!
+//! Owns the choice of rows, duration, scales and robot. The reading is
+//! [`crate::trajectory`]'s.
+
+use super::explain::{failure, failure_with_help};
+use super::{Cause, Failure};
+use crate::fit::Scale;
+use crate::joint_map::{JointMap, JointMapError};
+use crate::robot::Robot;
+use crate::run_folder;
+use crate::trajectory::loop_finder::{self, Loop};
+use crate::trajectory::{Trajectory, TrajectoryError};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Degrees per unit of action in simulation, where our centres come from.
+const SIMULATED_UNIT_DEG: f64 = 45.0;
+/// Degrees per unit of action on the authors' robot: 40 ticks of 0.6 degree.
+const ROBOT_UNIT_DEG: f64 = 24.0;
+/// Joint limit of a robot that nobody described.
+const DEFAULT_LIMIT_DEG: f64 = 45.0;
+
+/// Which recording, and what its numbers mean.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Recording {
+    /// CSV with a column per joint [default: trajectory.csv of the run]
+    pub trajectory: Option<PathBuf>,
+    /// Run folder whose trajectory is taken [default: the last run's]
+    #[arg(long, value_name = "DIR", conflicts_with = "trajectory")]
+    run: Option<PathBuf>,
+    /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
+    #[arg(long, value_name = "A..B")]
+    rows: Option<Rows>,
+    /// How long those rows last in the recording; needed if it has no time_s
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
+    /// Play this many times slower than the recording [default: 1]
+    #[arg(long, value_name = "X")]
+    time_stretch: Option<f64>,
+    /// TOML with columns, signs and scales; flags override it
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// What each column holds: a joint, time_s, or `-` to skip it
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    columns: Option<Vec<String>>,
+    /// Joints that turn the other way on the robot: `ank3,ank4`
+    #[arg(long, value_delimiter = ',', value_name = "JOINTS")]
+    negate: Option<Vec<String>>,
+    /// Degrees per unit of action at amplitude 1.0 [default: 24]
+    #[arg(long, value_name = "DEG")]
+    unit_deg: Option<f64>,
+    /// Degrees per unit of the mean action [default: 45, as simulated]
+    #[arg(long, value_name = "DEG")]
+    centre_unit_deg: Option<f64>,
+    /// Degrees between action 0 and neutral [default: 0]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    centre_offset_deg: Option<f64>,
+    /// Joint limit either way [default: that of the run's robot or of --leg's, else 45]
+    #[arg(long, value_name = "DEG")]
+    limit_deg: Option<f64>,
+    /// Leg length the gait is meant for: 1.0 is 23 cm, 0.6 is 13.8 cm
+    #[arg(long, value_name = "X")]
+    leg: Option<f64>,
+}
+
+/// Which rows to take.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Rows {
+    All,
+    Range(Range<usize>),
+}
+
+impl FromStr for Rows {
+    type Err = BadFlag;
+
+    fn from_str(text: &str) -> Result<Self, BadFlag> {
+        if text == "all" {
+            return Ok(Self::All);
+        }
+        let bad = || BadFlag::Rows { text: text.into() };
+        let (first, end) = text.split_once("..").ok_or_else(bad)?;
+        let (first, end) = (first.trim().parse().map_err(|_| bad())?, end.trim().parse().map_err(|_| bad())?);
+        if first < end { Ok(Self::Range(first..end)) } else { Err(bad()) }
+    }
+}
+
+/// A flag that clap cannot judge.
+#[derive(Debug, Error)]
+pub enum BadFlag {
+    #[error("{text:?} are no rows: write A..B with A below B, counted from 0, or `all`")]
+    Rows { text: String },
+    #[error("--{flag} is {value}; it must be within {min} to {max}")]
+    Range { flag: &'static str, value: f64, min: f64, max: f64 },
+    #[error("{} has no time_s column, so the duration of its rows is unknown", .path.display())]
+    NoPeriod { path: PathBuf },
+}
+
+/// What is taken where nobody says which rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unsaid {
+    /// The stride is looked for, unless the file is one.
+    FindStride,
+    /// The whole file.
+    All,
+}
+
+/// The rows that were chosen.
+#[derive(Debug)]
+pub struct Chosen {
+    pub path: PathBuf,
+    pub trajectory: Trajectory,
+    pub rows: Range<usize>,
+    pub found: Option<Loop>,
+    /// Whether the file is one whole stride, and all of it was taken.
+    pub is_whole_stride: bool,
+    pub recorded_s: f64,
+    pub time_stretch: f64,
+    pub scale: Scale,
+    /// The robot that it is meant for, as far as it is known.
+    pub robot: Option<Robot>,
+}
+
+impl Chosen {
+    /// The rows themselves.
+    pub fn actions(&self) -> Result<&[[f64; protocol::JOINT_COUNT]], Failure> {
+        self.trajectory.rows(self.rows.start, self.rows.end).map_err(unreadable)
+    }
+
+    /// How long they last when played.
+    pub fn played_s(&self) -> f64 {
+        self.recorded_s * self.time_stretch
+    }
+}
+
+impl Recording {
+    /// Where it is.
+    pub fn path(&self) -> PathBuf {
+        let run = || self.run.clone().unwrap_or_else(|| run_folder::LATEST.into());
+        self.trajectory.clone().unwrap_or_else(|| run().join(run_folder::TRAJECTORY))
+    }
+
+    /// A flag or a file of it that was given, for commands that take it at times.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("a trajectory", self.trajectory.is_some()),
+            ("--run", self.run.is_some()),
+            ("--rows", self.rows.is_some()),
+            ("--period", self.period.is_some()),
+            ("--time-stretch", self.time_stretch.is_some()),
+            ("--map", self.map.is_some()),
+            ("--columns", self.columns.is_some()),
+            ("--negate", self.negate.is_some()),
+            ("--unit-deg", self.unit_deg.is_some()),
+            ("--centre-unit-deg", self.centre_unit_deg.is_some()),
+            ("--centre-offset-deg", self.centre_offset_deg.is_some()),
+            ("--limit-deg", self.limit_deg.is_some()),
+            ("--leg", self.leg.is_some()),
+        ];
+        given.into_iter().find(|(_, is_given)| *is_given).map(|(flag, _)| flag)
+    }
+
+    /// Reads the file, and chooses rows, duration and scales.
+    pub fn choose(&self, unsaid: Unsaid) -> Result<Chosen, Failure> {
+        let map = self.joint_map()?;
+        let time_stretch = self.time_stretch.unwrap_or(1.0);
+        check_range("time-stretch", Some(time_stretch), 0.01, 1000.0)?;
+        check_range("period", self.period, 1e-3, 1e4)?;
+        let path = self.path();
+        let trajectory = Trajectory::read(&path, map.columns.as_deref()).map_err(unreadable)?;
+        let (rows, found) = self.rows(&trajectory, unsaid)?;
+        let recorded_s = self.recorded_s(&trajectory, &rows)?;
+        let robot = self.robot()?;
+        let scale = scale(&map, robot.as_ref())?;
+        let is_whole_stride = trajectory.is_own_stride && self.rows.is_none();
+        Ok(Chosen { path, trajectory, rows, found, is_whole_stride, recorded_s, time_stretch, scale, robot })
+    }
+
+    fn joint_map(&self) -> Result<JointMap, Failure> {
+        let flags = JointMap {
+            columns: self.columns.clone(),
+            negate: self.negate.clone(),
+            unit_deg: self.unit_deg,
+            centre_unit_deg: self.centre_unit_deg,
+            centre_offset_deg: self.centre_offset_deg,
+            limit_deg: self.limit_deg,
+        };
+        let Some(path) = &self.map else { return Ok(flags) };
+        let file = JointMap::load(path).map_err(|e| failure(Cause::Input, e))?;
+        Ok(flags.or(file))
+    }
+
+    fn rows(&self, trajectory: &Trajectory, unsaid: Unsaid) -> Result<(Range<usize>, Option<Loop>), Failure> {
+        let whole = 0..trajectory.actions.len();
+        let (rows, found) = match &self.rows {
+            Some(Rows::Range(rows)) => (rows.clone(), None),
+            Some(Rows::All) => (whole, None),
+            None if trajectory.is_own_stride || unsaid == Unsaid::All => (whole, None),
+            None => {
+                let found = loop_finder::find_loop(&trajectory.actions).map_err(|e| {
+                    failure_with_help(
+                        Cause::Input,
+                        e,
+                        "name the rows of one stride yourself: --rows A..B, or --rows all",
+                    )
+                })?;
+                (found.rows.clone(), Some(found))
+            }
+        };
+        trajectory.rows(rows.start, rows.end).map_err(unreadable)?;
+        Ok((rows, found))
+    }
+
+    fn recorded_s(&self, trajectory: &Trajectory, rows: &Range<usize>) -> Result<f64, Failure> {
+        if let Some(period_s) = self.period {
+            return Ok(period_s);
+        }
+        let interval_s = trajectory.interval_s(rows.start, rows.end).map_err(unreadable)?;
+        let interval_s = interval_s.ok_or_else(|| {
+            let help = "--period S says how long the chosen rows last in the recording";
+            failure_with_help(Cause::Usage, BadFlag::NoPeriod { path: self.path() }, help)
+        })?;
+        Ok(interval_s * rows.len() as f64)
+    }
+
+    fn robot(&self) -> Result<Option<Robot>, Failure> {
+        let beside = self.path().with_file_name(run_folder::ROBOT);
+        let robot = match self.leg {
+            Some(leg) => Some(Robot::ant(leg)),
+            None if beside.is_file() => Some(Robot::load(&beside)),
+            None => None,
+        };
+        robot.transpose().map_err(|e| failure(Cause::Input, e))
+    }
+}
+
+/// Refuses a value outside its range.
+pub fn check_range(flag: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<(), Failure> {
+    match value {
+        Some(value) if !(min..=max).contains(&value) => {
+            Err(failure(Cause::Usage, BadFlag::Range { flag, value, min, max }))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
+    let scale = Scale {
+        signs: map.signs().map_err(|e: JointMapError| failure(Cause::Usage, e))?,
+        unit_deg: map.unit_deg.unwrap_or(ROBOT_UNIT_DEG),
+        centre_unit_deg: map.centre_unit_deg.unwrap_or(SIMULATED_UNIT_DEG),
+        centre_offset_deg: map.centre_offset_deg.unwrap_or(0.0),
+        limit_deg: map.limit_deg.or(robot.map(|r| r.joint_limit_deg)).unwrap_or(DEFAULT_LIMIT_DEG),
+    };
+    check_range("unit-deg", Some(scale.unit_deg), 0.1, 120.0)?;
+    check_range("centre-unit-deg", Some(scale.centre_unit_deg), -180.0, 180.0)?;
+    check_range("centre-offset-deg", Some(scale.centre_offset_deg), -90.0, 90.0)?;
+    check_range("limit-deg", Some(scale.limit_deg), 1.0, 90.0)?;
+    Ok(scale)
+}
+
+/// Why nothing came of reading it, and the user's next move.
+pub fn unreadable(error: TrajectoryError) -> Failure {
+    let help = match &error {
+        TrajectoryError::File(_) => {
+            "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own"
+        }
+        TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
+            "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
+        }
+        TrajectoryError::UnevenTime { .. } => {
+            "choose rows without a gap (--rows A..B), or give the duration yourself (--period S)"
+        }
+        TrajectoryError::Number { .. } | TrajectoryError::RowLength { .. } => {
+            "correct the line, or skip a column of no interest with `-` in --columns"
+        }
+        _ => return failure(Cause::Input, error),
+    };
+    failure_with_help(Cause::Input, error, help)
+}

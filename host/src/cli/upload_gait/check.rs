@@ -1,0 +1,161 @@
+//! The dry run of an upload: everything is looked at, nothing is sent.
+//!
+//! Owns the table of what each joint will be asked for, and the verdict about
+//! the servos' speed and pulses.
+
+use super::material::Material;
+use crate::calibration::count_us;
+use crate::cli::explain::failure_with_help;
+use crate::cli::reach::{Port, unreachable_robot};
+use crate::cli::{Cause, Failure};
+use crate::link::LinkError;
+use crate::link::ports::{self, SerialLink};
+use crate::playable::{BeyondPulses, Demand};
+use protocol::command::Record;
+use protocol::{Amplitude, Calibration, JOINT_COUNT, Joint, Speed};
+use serde_json::{Value, json};
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+#[error(
+    "{joint} would need a pulse of {pulse_us:.0} us ({counts} counts) at {angle_deg:.1} degrees; \
+     its calibration allows {min_us:.0} to {max_us:.0} us"
+)]
+struct Pulse {
+    joint: &'static str,
+    pulse_us: f64,
+    counts: i32,
+    angle_deg: f64,
+    min_us: f64,
+    max_us: f64,
+}
+
+/// What each joint will be asked for, and by which calibration.
+pub struct Check {
+    demands: [Demand; JOINT_COUNT],
+    servo_deg_s: f64,
+    calibration: Calibration,
+    /// Whose calibration it is.
+    of: String,
+    beyond: Vec<BeyondPulses>,
+}
+
+impl Check {
+    /// Looks at the gait; `calibration` comes with the words for whose it is.
+    pub fn of(material: &Material, amplitude: Amplitude, (calibration, of): (Calibration, String)) -> Self {
+        let servo_deg_s = material.robot.servo.no_load_speed_rad_s.to_degrees();
+        let playable = &material.playable;
+        let beyond = Joint::ALL
+            .into_iter()
+            .filter_map(|joint| playable.beyond_pulses(joint, calibration.joint(joint), amplitude))
+            .collect();
+        let demands = playable.demands(amplitude, Speed::ONE, servo_deg_s);
+        Self { demands, servo_deg_s, calibration, of, beyond }
+    }
+
+    fn us(&self, counts: i32) -> f64 {
+        f64::from(counts) * count_us(&self.calibration.board())
+    }
+
+    fn pulse(&self, beyond: &BeyondPulses) -> Pulse {
+        let BeyondPulses { joint, angle, counts, range } = *beyond;
+        Pulse {
+            joint: joint.name(),
+            pulse_us: self.us(counts),
+            counts,
+            angle_deg: angle.deg(),
+            min_us: self.us(range.0.into()),
+            max_us: self.us(range.1.into()),
+        }
+    }
+
+    /// What does not stop the robot, but will not look as planned.
+    pub fn warnings(&self) -> Vec<String> {
+        let too_fast = Joint::ALL.into_iter().zip(&self.demands).filter(|(_, d)| d.too_fast_share > 0.0);
+        let too_fast = too_fast.map(|(joint, demand)| {
+            format!(
+                "{} is to turn at up to {:.0} degrees/s; its servo does {:.0}: it lags in {:.0} % of the stride",
+                joint.name(),
+                demand.fastest_deg_s,
+                self.servo_deg_s,
+                100.0 * demand.too_fast_share
+            )
+        });
+        let beyond = self.beyond.iter().map(|beyond| format!("{}; it is held there", self.pulse(beyond)));
+        too_fast.chain(beyond).collect()
+    }
+
+    /// Refuses pulses beyond the calibration.
+    pub fn verdict(&self) -> Result<(), Failure> {
+        let Some(beyond) = self.beyond.first() else { return Ok(()) };
+        let help = "take a smaller amplitude, or let the servo go farther: host calibrate; \
+                    or --clip holds it there";
+        Err(failure_with_help(Cause::Input, self.pulse(beyond), help))
+    }
+
+    /// The table.
+    pub fn print(&self) {
+        println!("joint   lowest  highest  fastest      pulse   (degrees, degrees/s, us)");
+        for (joint, demand) in Joint::ALL.into_iter().zip(&self.demands) {
+            let (low, high) = self.pulses(joint, demand);
+            println!(
+                "{:5}  {:7.1}  {:7.1}  {:7.0}  {low:4.0}..{high:4.0}",
+                joint.name(),
+                demand.lowest_deg,
+                demand.highest_deg,
+                demand.fastest_deg_s
+            );
+        }
+        println!("a servo does {:.0} degrees/s; pulses by {}", self.servo_deg_s, self.of);
+    }
+
+    /// The table for scripts.
+    pub fn to_json(&self) -> Value {
+        let joint = |(joint, demand): (Joint, &Demand)| {
+            let (low, high) = self.pulses(joint, demand);
+            json!({
+                "name": joint.name(),
+                "lowest_deg": demand.lowest_deg,
+                "highest_deg": demand.highest_deg,
+                "fastest_deg_s": demand.fastest_deg_s,
+                "too_fast_share": demand.too_fast_share,
+                "shortest_us": low,
+                "longest_us": high,
+            })
+        };
+        json!({
+            "servo_deg_s": self.servo_deg_s,
+            "calibration": self.of,
+            "joints": Joint::ALL.into_iter().zip(&self.demands).map(joint).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Shortest and longest pulse, as the robot will send them.
+    fn pulses(&self, joint: Joint, demand: &Demand) -> (f64, f64) {
+        let calibration = self.calibration.joint(joint);
+        let us = |deg: f64| self.us(calibration.counts((deg * 256.0).round() as i16).into());
+        let (a, b) = (us(demand.lowest_deg), us(demand.highest_deg));
+        (a.min(b), a.max(b))
+    }
+}
+
+/// The calibration that a robot has in use.
+pub fn calibration_on(link: &mut SerialLink) -> Result<Option<Calibration>, LinkError> {
+    let bytes = link.read(Record::Calibration)?;
+    Ok(Calibration::from_bytes(&bytes).ok())
+}
+
+/// The robot's calibration; without a robot, the authors'.
+pub fn calibration(port: &Port) -> Result<(Calibration, String), Failure> {
+    match ports::connect(port.port.as_deref()) {
+        Ok(mut link) => {
+            let calibration = calibration_on(&mut link).map_err(unreachable_robot)?;
+            let of = format!("the calibration of the robot on {}", link.name());
+            Ok((calibration.unwrap_or_else(Calibration::authors), of))
+        }
+        Err(LinkError::NoPort { .. }) => {
+            Ok((Calibration::authors(), "the default calibration: no robot is here".to_owned()))
+        }
+        Err(error) => Err(unreachable_robot(error)),
+    }
+}

@@ -1,0 +1,147 @@
+//! What is to be uploaded: a gait from its file, or a recording as samples.
+
+use super::{Args, BadFlag};
+use crate::cli::explain::{failure, failure_with_help};
+use crate::cli::fit::{check_period, history};
+use crate::cli::recording::{Chosen, Unsaid};
+use crate::cli::{Cause, Failure};
+use crate::gait_file::limits::LeavesLimits;
+use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
+use crate::playable::Playable;
+use crate::robot::Robot;
+use crate::run_folder;
+use crate::sampled::{self, SampleError, Sampled};
+use protocol::Amplitude;
+use protocol::gait::MAX_ENCODED_LEN;
+use std::path::{Path, PathBuf};
+
+/// A gait, and what is known about it.
+pub struct Material {
+    /// The file it comes from.
+    pub path: PathBuf,
+    /// What the robot takes.
+    pub bytes: Vec<u8>,
+    /// The same, to look ahead with.
+    pub playable: Playable,
+    /// As in `gait_source` of results.
+    pub source: &'static str,
+    /// Of the recording, if it is one.
+    pub sampled: Option<Sampled>,
+    /// The robot that it is meant for, else the Ant.
+    pub robot: Robot,
+    /// Curves as the file has them, more exact than the robot's.
+    curves: Option<GaitFile>,
+}
+
+impl Material {
+    /// Reads what the flags name.
+    pub fn of(args: &Args) -> Result<Self, Failure> {
+        if args.sampled {
+            return Self::sampled(args);
+        }
+        if let Some(flag) = args.recording.given() {
+            let help = "add --sampled to play the recording as it is; or fit it first: host fit";
+            return Err(failure_with_help(Cause::Usage, BadFlag::NotSampled { flag }, help));
+        }
+        let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
+        let path = args.gait.clone().unwrap_or_else(default);
+        let robot = described(&path.with_file_name(run_folder::ROBOT))?;
+        if let Some((bytes, playable)) = sampled_bytes(&path) {
+            let source = Source::Table.name();
+            return Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: None });
+        }
+        let gait = GaitFile::load(&path).map_err(unreadable)?;
+        let bytes = gait.encoded().map_err(|e| failure(Cause::Input, e))?;
+        let playable = playable(&bytes)?;
+        let source = gait.provenance.source.name();
+        Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: Some(gait) })
+    }
+
+    fn sampled(args: &Args) -> Result<Self, Failure> {
+        let chosen = args.recording.choose(Unsaid::FindStride)?;
+        check_period(&chosen)?;
+        let name = args.name.clone().unwrap_or_else(|| default_name(&chosen));
+        let period_us = (chosen.played_s() * 1e6 + 1e-3).floor() as u32;
+        let sampled =
+            sampled::sample(chosen.actions()?, &chosen.scale, &name, period_us).map_err(unsampled)?;
+        let mut buffer = [0; MAX_ENCODED_LEN];
+        // A table that was quantised is valid, and the longest fits.
+        let bytes = sampled.table.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default();
+        let playable = playable(&bytes)?;
+        let robot = match chosen.robot {
+            Some(robot) => robot,
+            None => Robot::ant(1.0).map_err(|e| failure(Cause::Input, e))?,
+        };
+        let (path, source) = (chosen.path, "sampled");
+        Ok(Self { path, bytes, playable, source, sampled: Some(sampled), robot, curves: None })
+    }
+
+    /// Duration of a stride.
+    pub fn period_s(&self) -> f64 {
+        self.curves.as_ref().map_or(self.playable.period_s(), |gait| gait.period_s)
+    }
+
+    /// Whether every joint stays within its limits.
+    pub fn check_limits(&self, amplitude: f64) -> Result<(), LeavesLimits> {
+        match &self.curves {
+            Some(gait) => gait.check_limits(amplitude),
+            None => self.playable.check_limits(amplitude),
+        }
+    }
+
+    /// Share of the stride in which a joint is held at a limit.
+    pub fn clipped_share(&self, amplitude: Amplitude) -> f64 {
+        match &self.curves {
+            Some(gait) => gait.clipped_share(amplitude.value()),
+            None => self.playable.clipped_share(amplitude),
+        }
+    }
+}
+
+fn default_name(chosen: &Chosen) -> String {
+    history::default_name(&chosen.path, &Provenance::of(Source::Fitted))
+}
+
+fn described(path: &Path) -> Result<Robot, Failure> {
+    let robot = if path.is_file() { Robot::load(path) } else { Robot::ant(1.0) };
+    robot.map_err(|e| failure(Cause::Input, e))
+}
+
+/// The bytes of a sampled table; whatever else it is, [`GaitFile::load`] says better.
+fn sampled_bytes(path: &Path) -> Option<(Vec<u8>, Playable)> {
+    let bytes = std::fs::read(path).ok().filter(|_| path.extension().is_some_and(|e| e == "bin"))?;
+    let playable = Playable::from_bytes(&bytes).ok().filter(|playable| playable.encoded().is_sampled())?;
+    Some((bytes, playable))
+}
+
+fn playable(bytes: &[u8]) -> Result<Playable, Failure> {
+    Playable::from_bytes(bytes).map_err(|reason| {
+        let path = PathBuf::from("the table");
+        failure(Cause::Input, GaitFileError::Bytes { path, len: bytes.len(), reason })
+    })
+}
+
+fn unreadable(error: GaitFileError) -> Failure {
+    let help = match &error {
+        GaitFileError::File(_) => "`host fit` writes runs/latest/gait.toml; or name another: --gait FILE",
+        GaitFileError::Bytes { .. } => "copy the file again, or use the gait.toml beside it",
+        GaitFileError::Parse { .. } | GaitFileError::Unusable { .. } => "write it anew with `host fit`",
+    };
+    failure_with_help(Cause::Input, error, help)
+}
+
+fn unsampled(error: SampleError) -> Failure {
+    let help = match &error {
+        SampleError::TooFewRows { .. } => "choose the rows of a whole stride: --rows A..B",
+        SampleError::Name { .. } => "give it another: --name NAME",
+        SampleError::Deviation { .. } => {
+            "a joint moves by --unit-deg per unit of action; are the recording's units others?"
+        }
+        SampleError::Centre { .. } => {
+            "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
+             --negate and --limit-deg"
+        }
+        SampleError::Table { .. } => "see --period, --time-stretch and --limit-deg",
+    };
+    failure_with_help(Cause::Input, error, help)
+}
