@@ -4,6 +4,7 @@
 #[macro_use]
 mod output;
 
+mod calibrate;
 #[cfg(feature = "train")]
 mod demo;
 mod explain;
@@ -54,6 +55,8 @@ enum Command {
     Record(record::Args),
     /// Fit a degree-10 polynomial per joint and write the gait
     Fit(fit::Args),
+    /// Find out how the robot is built: outputs, neutrals, directions, limits
+    Calibrate(calibrate::Args),
     /// Send a gait to the robot, verify and store it
     UploadGait(upload_gait::Args),
     /// Walk a trial and compute cost of transport and speed
@@ -134,6 +137,7 @@ pub fn run(cli: Cli) -> ExitCode {
         #[cfg(feature = "train")]
         Command::Record(args) => record::run(args),
         Command::Fit(args) => fit::run(args),
+        Command::Calibrate(args) => calibrate::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),
         Command::Walk(args) => walk::run(args),

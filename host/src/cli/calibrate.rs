@@ -1,0 +1,116 @@
+//! `host calibrate`: how one robot is built, found out servo by servo.
+//!
+//! Owns the flags, and the two ways without questions: a file onto the robot,
+//! and the robot's calibration into a file. The questions are [`wizard`]'s.
+
+mod board;
+mod dialog;
+mod joint;
+mod servo;
+mod wizard;
+
+use super::explain::{failure, failure_with_help, file_cause};
+use super::reach::{Port, unreachable_robot};
+use super::{Cause, Failure};
+use crate::calibration::transfer::{self, TransferError};
+use crate::calibration::{BadCalibration, CalibrationFileError, RobotCalibration};
+use protocol::Joint;
+use std::path::PathBuf;
+
+/// Find out how the robot is built, and let it know.
+///
+/// Moves one servo at a time, by the arrow keys, with the robot held up: which
+/// output it is on, where the joint's neutral is, which way it turns, how far
+/// it may go. Each joint is kept in the file as soon as it is done; the same
+/// command goes on where it was left. Nothing on the robot changes before the
+/// last question.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// File that keeps the answers
+    #[arg(long, value_name = "FILE", default_value = "calibration.toml")]
+    out: PathBuf,
+    /// Only this joint, though it was measured before; may be repeated
+    #[arg(long = "joint", value_name = "NAME", value_parser = joint)]
+    joints: Vec<Joint>,
+    /// Angle at which a scale is measured, in degrees from neutral
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = angle)]
+    angle: f64,
+    /// Ask nothing: send this file to the robot
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["joints", "read"])]
+    write: Option<PathBuf>,
+    /// Ask nothing: save the robot's calibration in this file
+    #[arg(long, value_name = "FILE", conflicts_with = "joints")]
+    read: Option<PathBuf>,
+    #[command(flatten)]
+    port: Port,
+}
+
+fn joint(name: &str) -> Result<Joint, String> {
+    Joint::from_name(name).ok_or_else(|| "joints are hip1 to hip4 and knee1 to knee4".to_owned())
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    let within = |angle: &f64| (5.0..=120.0).contains(angle);
+    text.parse().ok().filter(within).ok_or_else(|| "it must be within 5 to 120 degrees".to_owned())
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    if let Some(path) = &args.write {
+        // A file that cannot be used is refused before a port is opened.
+        let (_, record) = RobotCalibration::load_checked(path).map_err(unusable)?;
+        let mut link = args.port.connect()?;
+        transfer::send(&mut link, &record).map_err(not_sent)?;
+        println!("the robot on {} has the calibration in {}, and saved it", link.name(), path.display());
+        return Ok(());
+    }
+    if let Some(path) = &args.read {
+        let mut link = args.port.connect()?;
+        let record = transfer::fetch(&mut link).map_err(not_sent)?;
+        RobotCalibration::from_record(&record).save(path).map_err(unusable)?;
+        println!("the calibration of the robot on {} is in {}", link.name(), path.display());
+        return Ok(());
+    }
+    wizard::run(&args)
+}
+
+fn unusable(error: CalibrationFileError) -> Failure {
+    let (cause, help) = match &error {
+        CalibrationFileError::File(file) if file.action == "read" => (Cause::Input, READ_HELP),
+        CalibrationFileError::File(file) => {
+            (file_cause(file), "free some space, or choose another file: --out FILE")
+        }
+        CalibrationFileError::Parse { .. } | CalibrationFileError::Joints { .. } => (Cause::Input, READ_HELP),
+        CalibrationFileError::Version { .. } => (Cause::Input, "run the wizard again: host calibrate"),
+        CalibrationFileError::Unusable { .. } => (Cause::Input, "correct the value in the file, and repeat"),
+    };
+    failure_with_help(cause, error, help)
+}
+
+const READ_HELP: &str =
+    "write one from the robot's own: host calibrate --read FILE; or by the wizard: host calibrate";
+
+fn bad(error: BadCalibration) -> Failure {
+    let help = match &error {
+        BadCalibration::Value { whose: "board", .. } => {
+            "change it: run the wizard again and say y at the board's values".to_owned()
+        }
+        BadCalibration::Value { whose, .. } => format!("measure it again: host calibrate --joint {whose}"),
+        BadCalibration::SharedChannel { joints, .. } => {
+            format!("say which of them it is: host calibrate --joint {}", joints[1].name())
+        }
+    };
+    failure_with_help(Cause::Input, error, help)
+}
+
+fn not_sent(error: TransferError) -> Failure {
+    match error {
+        TransferError::Link(error) => unreachable_robot(error),
+        TransferError::NotSaved => failure_with_help(
+            Cause::Robot,
+            error,
+            "it is in use until the next reset. Repeat the command; if it fails again, the EEPROM is worn out",
+        ),
+        TransferError::Differs { .. } => failure_with_help(Cause::Robot, error, "repeat the command"),
+        TransferError::Damaged { .. } => failure(Cause::Robot, error),
+    }
+}

@@ -1,0 +1,135 @@
+//! The way through all questions, and what is kept of the answers.
+//!
+//! Owns the file, which is written after each joint, and the end: the robot
+//! gets the whole calibration, or keeps the one it had.
+
+use super::dialog::{Dialog, Gone};
+use super::joint::{self, Bench, Stopped};
+use super::{Args, bad, board, not_sent, unusable};
+use crate::calibration::transfer::{self, TransferError};
+use crate::calibration::{RobotCalibration, count_us};
+use crate::cli::explain::{failure, failure_with_help};
+use crate::cli::reach::unreachable_robot;
+use crate::cli::{Cause, Failure};
+use crate::link::words;
+use protocol::calibration::BoardCalibration;
+use protocol::{Calibration, Joint, State};
+use std::path::PathBuf;
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+enum WizardError {
+    #[error("the robot is {}; only a limp one is calibrated", words::state_in_full(*.state))]
+    NotLimp { state: State },
+    #[error("ended by you; what was measured is in {}", .file.display())]
+    Quit { file: PathBuf },
+    #[error("standard input ended in the middle of a question; what was measured is in {}", .file.display())]
+    InputEnded { file: PathBuf },
+}
+
+const INTRO: &str = "\
+Calibrates the robot joint by joint. Hold it up or lay it on a block, so that
+every leg moves freely, and switch the servos' supply on. One servo at a time gets
+pulses, all others stay limp. Only the last question changes anything on the robot.";
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut link = args.port.connect()?;
+    let state = link.status().map_err(unreachable_robot)?.state;
+    if state != State::Idle {
+        let help = match state {
+            State::Fault(fault) => format!("{}, {}", words::fault_help(fault), words::CLEAR_FAULT),
+            _ => "stop it, and wait two seconds: host stop".to_owned(),
+        };
+        return Err(failure_with_help(Cause::Robot, WizardError::NotLimp { state }, help));
+    }
+    // A robot whose own is damaged is what this is for.
+    let in_use = match transfer::fetch(&mut link) {
+        Ok(record) => record,
+        Err(TransferError::Damaged { .. }) => Calibration::authors(),
+        Err(error) => return Err(not_sent(error)),
+    };
+    let mut dialog = Dialog::open();
+    dialog.say(INTRO);
+    let mut calibration = if args.out.is_file() {
+        dialog.say(&format!("Goes on with {}", args.out.display()));
+        RobotCalibration::load(&args.out).map_err(unusable)?
+    } else {
+        RobotCalibration::from_record(&in_use)
+    };
+    let gone = |gone| ended(gone, args);
+    let save = |calibration: &RobotCalibration| calibration.save(&args.out).map_err(unusable);
+
+    if args.joints.is_empty() {
+        board::ask(&mut dialog, &mut link, &mut calibration.board, in_use.board())
+            .map_err(|why| stopped(why, args))?;
+        save(&calibration)?;
+    }
+    for joint in Joint::ALL {
+        let setup = calibration.joints[joint.index()].clone();
+        if !args.joints.is_empty() && !args.joints.contains(&joint) {
+            continue;
+        }
+        if args.joints.is_empty() && setup.is_measured {
+            dialog.say(&format!(
+                "{} was measured before; again: host calibrate --joint {}",
+                joint.name(),
+                joint.name()
+            ));
+            continue;
+        }
+        // The rate in use, whatever the new one will be; the oscillator as it is known by now.
+        let board = BoardCalibration {
+            oscillator_khz: (calibration.board.oscillator_mhz * 1e3).round() as u16,
+            ..in_use.board()
+        };
+        let mut bench =
+            Bench { link: &mut link, dialog: &mut dialog, count_us: count_us(&board), angle_deg: args.angle };
+        match joint::measure(&mut bench, joint, &setup) {
+            Ok(Some(found)) => {
+                calibration.joints[joint.index()] = found;
+                save(&calibration)?;
+            }
+            Ok(None) => {}
+            Err(why) => return Err(stopped(why, args)),
+        }
+    }
+
+    let record = calibration.record().map_err(bad)?;
+    let unmeasured: Vec<_> = Joint::ALL
+        .into_iter()
+        .filter(|joint| !calibration.joints[joint.index()].is_measured)
+        .map(Joint::name)
+        .collect();
+    if !unmeasured.is_empty() {
+        dialog.say(&format!("\nNot measured, and left as they were: {}", unmeasured.join(", ")));
+    }
+    let asks = dialog.agrees("\nSend the calibration to the robot, and let it save it?", true);
+    if asks.map_err(gone)? {
+        transfer::send(&mut link, &record).map_err(not_sent)?;
+        println!("the robot has the calibration, and saved it; it is in {}, too", args.out.display());
+    } else {
+        let port = args.port.as_flag();
+        println!("the robot keeps the calibration it had; the new one is in {}", args.out.display());
+        println!("Send it later: cargo run -p host -- calibrate --write {}{port}", args.out.display());
+    }
+    Ok(())
+}
+
+fn stopped(why: Stopped, args: &Args) -> Failure {
+    match why {
+        Stopped::Gone(gone) => ended(gone, args),
+        Stopped::Link(error) => unreachable_robot(error),
+    }
+}
+
+fn ended(gone: Gone, args: &Args) -> Failure {
+    let file = args.out.clone();
+    match gone {
+        Gone::Quit => failure_with_help(
+            Cause::Interrupted,
+            WizardError::Quit { file },
+            "the same command goes on from there",
+        ),
+        Gone::InputEnded => failure(Cause::Usage, WizardError::InputEnded { file }),
+    }
+}
