@@ -5,7 +5,9 @@
 //! board itself is [`SimBoard`]. Refuses timing in cycles: that is
 //! [`crate::nano`]'s.
 
+pub mod ask;
 mod board;
+pub mod pulses;
 
 pub use board::{SimBoard, SimBusError};
 

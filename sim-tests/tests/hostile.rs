@@ -92,6 +92,7 @@ fn any_command() -> impl Strategy<Value = Command> {
                 amplitude,
                 frames: frames.map(|f| if f == 255 { u32::MAX } else { f.into() }),
                 detached: frames.is_none_or(|f| f % 2 == 0),
+                dry_run: frames.is_some_and(|f| f % 5 == 0),
             }
         }),
         Just(Command::Stop),

@@ -1,50 +1,18 @@
 //! What the servos get, frame by frame.
 
-use firmware::limits::Calibration;
 use protocol::{
-    Amplitude, Angle, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Joint, Refusal, Reply, State, WalkEnd,
+    Amplitude, Calibration, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Joint, Refusal, Reply, State, WalkEnd,
 };
 use sim_tests::fixtures::{self, Gait, amplitude};
+use sim_tests::sim_robot::ask::{WALK, walk_for};
+use sim_tests::sim_robot::pulses::{
+    COUNTS_PER_DEG, NEUTRAL_COUNTS, SLOW_STEP_COUNTS, error_counts, error_from, largest_step, servos_off,
+    servos_on, step,
+};
 use sim_tests::sim_robot::{Pulses, SimRobot};
 
-const NEUTRAL_COUNTS: f64 = 330.0;
-const COUNTS_PER_DEG: f64 = 5.0 / 3.0;
 /// Proven in `protocol`, quantisation included.
 const SETPOINT_ERROR_DEG: f64 = 0.05;
-/// Entry speed is 1 degree a frame; two roundings of half a count each.
-const ENTRY_STEP_COUNTS: f64 = COUNTS_PER_DEG + 1.0;
-
-fn counts(pulses: &Pulses) -> [f64; JOINT_COUNT] {
-    pulses.map(|counts| f64::from(counts.expect("servos on")))
-}
-
-/// Largest distance between two poses, in counts.
-fn step(a: &Pulses, b: &Pulses) -> f64 {
-    let (a, b) = (counts(a), counts(b));
-    (0..JOINT_COUNT).map(|joint| (a[joint] - b[joint]).abs()).fold(0.0, f64::max)
-}
-
-fn largest_step(pulses: &[Pulses]) -> f64 {
-    pulses.windows(2).map(|pair| step(&pair[0], &pair[1])).fold(0.0, f64::max)
-}
-
-/// Largest difference from the gait's own formula, in counts.
-fn error_counts(gait: &Gait, value: f64, frame: usize, pulses: &Pulses) -> f64 {
-    let phase = (frame as f64 / (gait.period_s * f64::from(FRAME_RATE_HZ))).fract();
-    let pulses = counts(pulses);
-    (0..JOINT_COUNT)
-        .map(|joint| pulses[joint] - NEUTRAL_COUNTS - COUNTS_PER_DEG * gait.angle_deg(joint, phase, value))
-        .fold(0.0, |worst: f64, error| worst.max(error.abs()))
-}
-
-fn servos_on(pulses: &Pulses) -> bool {
-    pulses.iter().all(Option::is_some)
-}
-
-fn servos_off(pulses: &Pulses) -> bool {
-    pulses.iter().all(Option::is_none)
-}
-
 #[test]
 fn every_pulse_of_two_loops_equals_the_f64_reference() {
     for gait in [fixtures::trot(), fixtures::medley()] {
@@ -87,12 +55,7 @@ fn walking_for_n_frames_plays_exactly_n_frames_and_ends_limp() {
         let mut robot = SimRobot::new();
         robot.upload(&gait, amplitude(1.5), false);
         robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
-        robot.expect_done(Command::Walk {
-            amplitude: None,
-            frames: Some(frames),
-            detached: true,
-            dry_run: false,
-        });
+        robot.expect_done(walk_for(frames));
         robot.run_until(State::Walking);
         robot.take_pulses();
 
@@ -103,10 +66,11 @@ fn walking_for_n_frames_plays_exactly_n_frames_and_ends_limp() {
         let sample = robot.telemetry().last().unwrap();
         assert_eq!((sample.state, sample.trial_frames), (State::Idle, frames));
         assert_eq!(robot.events().filter(|event| *event == Event::WalkEnded(WalkEnd::Finished)).count(), 1);
-        // It stands in the last gait frame's pose.
-        let last = pulses.iter().rev().find(|p| servos_on(p)).unwrap();
+        // The last gait frame, and then a stand at the gait's centre.
         let value = amplitude(1.5).value();
-        assert!(error_counts(&gait, value, frames as usize - 1, last) <= 0.6, "{frames} frames");
+        let mut on = pulses.iter().filter(|p| servos_on(p));
+        assert!(on.any(|p| error_counts(&gait, value, frames as usize - 1, p) <= 0.6), "{frames} frames");
+        assert!(error_from(&gait.centre_deg, on.next_back().unwrap()) <= 0.6, "{frames} frames");
     }
 }
 
@@ -115,7 +79,7 @@ fn a_walk_of_no_frames_takes_the_first_pose_and_finishes() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
 
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(0), detached: true, dry_run: false });
+    robot.expect_done(walk_for(0));
     robot.run_until(State::Holding);
     robot.run_until(State::Idle);
 
@@ -129,49 +93,16 @@ fn entry_starts_at_neutral_and_never_exceeds_the_speed_bound() {
     robot.upload(&gait, amplitude(3.0), false);
     robot.take_pulses();
 
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
+    robot.expect_done(WALK);
     robot.run_until(State::Walking);
     robot.run_frames(1);
 
     let pulses: Vec<Pulses> = robot.take_pulses().into_iter().filter(servos_on).collect();
     let neutral = [Some(NEUTRAL_COUNTS as u16); JOINT_COUNT];
     assert!(pulses.len() > 10, "{} frames of entry", pulses.len());
-    assert!(step(&neutral, &pulses[0]) <= ENTRY_STEP_COUNTS);
-    assert!(largest_step(&pulses) <= ENTRY_STEP_COUNTS, "{} counts", largest_step(&pulses));
+    assert!(step(&neutral, &pulses[0]) <= SLOW_STEP_COUNTS);
+    assert!(largest_step(&pulses) <= SLOW_STEP_COUNTS, "{} counts", largest_step(&pulses));
     assert!(error_counts(&gait, 3.0, 0, pulses.last().unwrap()) <= 0.6);
-}
-
-#[test]
-fn stop_holds_the_pose_for_a_second_and_then_lets_go() {
-    let mut robot = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
-    robot.run_frames(20);
-
-    robot.expect_done(Command::Stop);
-    robot.run_frames(2);
-    let held = robot.pulses_over(50);
-    let state = robot.state();
-    robot.run_frames(20);
-
-    assert_eq!(state, State::Holding);
-    assert!(held.iter().all(servos_on) && largest_step(&held) == 0.0);
-    assert_eq!(robot.state(), State::Idle);
-    assert!(robot.pulses_over(3).iter().all(servos_off));
-}
-
-#[test]
-fn a_walk_after_a_stop_enters_from_where_it_stands() {
-    let mut robot = SimRobot::playing(&fixtures::medley(), amplitude(2.2));
-    robot.run_frames(45);
-    robot.expect_done(Command::Stop);
-    robot.run_frames(10);
-    robot.take_pulses();
-
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
-    robot.run_until(State::Walking);
-
-    let pulses = robot.take_pulses();
-    assert!(pulses.iter().all(servos_on), "no moment limp");
-    assert!(largest_step(&pulses) <= ENTRY_STEP_COUNTS);
 }
 
 #[test]
@@ -238,7 +169,7 @@ fn joints_are_held_at_their_limits_and_the_frames_are_counted() {
     let mut robot = SimRobot::new();
     robot.upload(&gait, amplitude(2.2), false);
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(72), detached: true, dry_run: false });
+    robot.expect_done(walk_for(72));
     robot.take_pulses();
 
     robot.run_until(State::Idle);
@@ -260,11 +191,10 @@ fn joints_are_held_at_their_limits_and_the_frames_are_counted() {
 /// Limits come with the gait; a servo's own end stops do not.
 #[test]
 fn no_angle_whatever_leaves_the_servos_reach() {
-    let mut calibration = Calibration::NONE;
-    calibration.set_default();
+    let calibration = Calibration::authors();
 
     for units in i16::MIN..=i16::MAX {
-        let counts = calibration.counts(Joint::Knee4, Angle::from_units(units));
+        let counts = calibration.joint(Joint::Knee4).counts(units);
         assert!((147..=515).contains(&counts), "{counts} counts at {units} / 256 degree");
     }
 }
@@ -273,7 +203,7 @@ fn no_angle_whatever_leaves_the_servos_reach() {
 fn a_gait_uploaded_while_walking_is_entered_slowly_and_the_count_goes_on() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    robot.expect_done(Command::Walk { amplitude: None, frames: Some(300), detached: true, dry_run: false });
+    robot.expect_done(walk_for(300));
     robot.run_until(State::Walking);
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
     robot.run_frames(50);
@@ -288,14 +218,14 @@ fn a_gait_uploaded_while_walking_is_entered_slowly_and_the_count_goes_on() {
     robot.run_frames(2);
 
     assert!(played < 300, "{played} frames before the change");
-    assert!(largest_step(&entry) <= ENTRY_STEP_COUNTS, "{}", largest_step(&entry));
+    assert!(largest_step(&entry) <= SLOW_STEP_COUNTS, "{}", largest_step(&entry));
     assert_eq!(robot.telemetry().last().unwrap().trial_frames, 300);
 }
 
 #[test]
 fn walking_is_refused_with_the_reason() {
     let mut robot = SimRobot::new();
-    let walk = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
+    let walk = WALK;
 
     let without_gait = robot.ask(walk);
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
