@@ -182,6 +182,8 @@ impl App {
         let _ = self.configure_chips(board);
         // There is no sample yet.
         self.sensor_misses = 1;
+        // Nobody has seen the button up: one that is down now is no press.
+        self.is_button_down = true;
         self.load_start_gait(board);
         self.booted = true;
         self.tell(Event::Started(boot.cause));

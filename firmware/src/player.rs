@@ -70,8 +70,6 @@ pub struct Player {
     speed_target: u16,
     /// `u32::MAX`: no end.
     frames_left: u32,
-    /// Whether the last frame had pulses.
-    is_on: bool,
 }
 
 impl Default for Player {
@@ -95,7 +93,6 @@ impl Player {
             speed_units: 0,
             speed_target: 0,
             frames_left: 0,
-            is_on: false,
         }
     }
 
@@ -205,14 +202,13 @@ impl Player {
         self.mode = Mode::Limp;
     }
 
-    /// Moves on by one frame.
-    pub fn step<P: Product>(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
-        let step = self.next::<P>(gait, stream);
-        self.is_on = step.0.servos_on;
-        step
-    }
-
-    fn next<P: Product>(&mut self, gait: &Encoded, stream: &mut Upload) -> (Frame, Outcome) {
+    /// Moves on by one frame; `is_on` tells whether the last one had pulses.
+    pub fn step<P: Product>(
+        &mut self,
+        gait: &Encoded,
+        stream: &mut Upload,
+        is_on: bool,
+    ) -> (Frame, Outcome) {
         match self.mode {
             Mode::Limp => (Frame::LIMP, Outcome::Goes),
             Mode::Holding(0) => {
@@ -225,7 +221,7 @@ impl Player {
             }
             Mode::Entering if self.streams && stream.waiting() == 0 => {
                 // Wherever it stands, it waits for the first setpoint there.
-                (Frame { servos_on: self.is_on, ..self.still() }, Outcome::Goes)
+                (Frame { servos_on: is_on, ..self.still() }, Outcome::Goes)
             }
             Mode::Entering | Mode::Stopping => self.approach::<P>(gait, stream),
             Mode::Walking if self.streams => self.step_stream(stream),

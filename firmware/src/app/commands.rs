@@ -9,7 +9,7 @@ use protocol::gait::MAX_ENCODED_LEN;
 use protocol::trial::TRIAL_LEN;
 use protocol::{
     Amplitude, FRAME_RATE_HZ, Fault, GAIT_SLOTS, HelloReply, JOINT_COUNT, Limits, PROTOCOL_VERSION, Refusal,
-    Reply, STREAM_CAPACITY, Speed, Status,
+    Reply, STREAM_CAPACITY, Speed, Status, WalkEnd,
 };
 
 use super::walks::Walk;
@@ -63,7 +63,7 @@ impl App {
                 self.walk(board, Walk { amplitude, frames, detached, dry_run })
             }
             Command::Stop => {
-                self.stop();
+                self.stop(WalkEnd::Asked);
                 Ok(())
             }
             Command::SetAmplitude(amplitude) => self.set_amplitude(amplitude),

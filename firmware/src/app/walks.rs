@@ -77,11 +77,12 @@ impl App {
     fn prepare(&mut self, board: &mut impl Board) -> Result<(), Refusal> {
         self.require_supply()?;
         self.configure_chips(board).map_err(Refusal::ChipMissing)?;
-        self.store.forget_trial();
-        self.trial = Trial::NONE;
-        (self.ending, self.ended, self.trial_due) = (None, None, false);
         // What is still on its way to the servos belongs to the walk before.
         (self.live.gait, self.staged.gait) = (false, false);
+        self.conclude();
+        self.store.forget_trial();
+        self.trial = Trial::NONE;
+        (self.ended, self.trial_due) = (None, false);
         Ok(())
     }
 
@@ -91,7 +92,8 @@ impl App {
             self.staged = Frame { servos_on: true, ..Frame::LIMP };
             return;
         }
-        let (mut frame, outcome) = self.player.step::<P>(&self.gait, &mut self.upload);
+        let (mut frame, outcome) =
+            self.player.step::<P>(&self.gait, &mut self.upload, self.staged.servos_on);
         match outcome {
             Outcome::Goes => {}
             Outcome::Finished => self.ending = Some(WalkEnd::Finished),
@@ -101,22 +103,32 @@ impl App {
         self.staged = frame;
     }
 
-    /// Stops on request, with a way to a stand.
-    pub(super) fn stop(&mut self) {
-        self.nudge = None;
+    /// Stops with a way to a stand.
+    #[inline(never)]
+    pub(super) fn stop(&mut self, end: WalkEnd) {
         if self.player.is_walking() {
-            self.ending = Some(WalkEnd::Asked);
+            self.ending = Some(end);
             self.player.stop();
         }
+        self.let_go();
     }
 
     /// Stops where it is.
+    #[inline(never)]
     pub(super) fn halt(&mut self, end: WalkEnd) {
-        self.nudge = None;
         if self.player.is_walking() {
             self.ending = Some(end);
         }
         self.player.freeze();
+        self.let_go();
+    }
+
+    /// Ends a nudge, and what has no pulses yet: no stop may switch servos on.
+    fn let_go(&mut self) {
+        self.nudge = None;
+        if !self.staged.servos_on {
+            self.player.go_limp();
+        }
     }
 
     /// Stops an attached walk, or a nudge, that nobody has asked about for too long.
