@@ -182,17 +182,16 @@ impl Store {
         self.begin(Kind::Start, slot, [0; GAIT_HEAD_LEN as usize], &[]);
     }
 
-    /// Gives up the gait in `slot`.
+    /// Gives up the gait in `slot`; returns its name.
     ///
     /// # Errors
     /// As [`Self::load_gait`].
-    pub fn erase_gait(&self, memory: &mut impl PersistentMemory, slot: u8) -> Result<(), Refusal> {
+    pub fn erase_gait(&self, memory: &mut impl PersistentMemory, slot: u8) -> Result<Name, Refusal> {
         self.is_free(memory)?;
-        if slot >= GAIT_SLOTS || memory.read(gait_place(slot)) != WHOLE {
-            return Err(Refusal::NoSuchGait);
-        }
+        gait_head(memory, slot).ok_or(Refusal::NoSuchGait)?;
+        let name = name_at(memory, slot);
         memory.write(gait_place(slot), VOID);
-        Ok(())
+        Ok(name)
     }
 
     /// Reads the stored calibration, if there is a sound one; `buffer` is used up.
@@ -228,7 +227,7 @@ impl Store {
     /// [`Refusal::StorageFull`] if every slot holds a gait.
     pub fn free_slot(&self, memory: &mut impl PersistentMemory) -> Result<u8, Refusal> {
         self.is_free(memory)?;
-        (0..GAIT_SLOTS).find(|&slot| memory.read(gait_place(slot)) != WHOLE).ok_or(Refusal::StorageFull)
+        (0..GAIT_SLOTS).find(|&slot| gait_head(memory, slot).is_none()).ok_or(Refusal::StorageFull)
     }
 
     /// Starts saving the gait of `encoding`, which must stay as it is meanwhile.
@@ -385,6 +384,7 @@ const fn head_of(amplitude: Amplitude, len: u16) -> [u8; GAIT_HEAD_LEN as usize]
 }
 
 /// Amplitude and length of the gait in `slot`, if its place is marked whole.
+#[inline(never)]
 fn gait_head(memory: &mut impl PersistentMemory, slot: u8) -> Option<(Amplitude, usize)> {
     if slot >= GAIT_SLOTS || memory.read(gait_place(slot)) != WHOLE {
         return None;
@@ -426,6 +426,7 @@ fn have_one_name(memory: &mut impl PersistentMemory, one: u16, other: u16) -> bo
     (FIRST..FIRST + Name::CAPACITY as u16).all(|at| memory.read(one + at) == memory.read(other + at))
 }
 
+#[inline(never)]
 fn name_at(memory: &mut impl PersistentMemory, slot: u8) -> Name {
     let mut name = [0; Name::CAPACITY];
     read_into(memory, gait_place(slot) + 1 + GAIT_HEAD_LEN + NAME, &mut name);

@@ -352,7 +352,8 @@ pub enum Refusal {
         /// Voltage at the last sample.
         bus_mv: u16,
     },
-    /// All places for gaits are taken by gaits of other names: erase one first.
+    /// All places for gaits are taken: erase one first. A gait of the same name
+    /// stays until the new one is whole, so it makes no room.
     StorageFull,
     /// There is no such place, or nothing in it.
     NoSuchGait,

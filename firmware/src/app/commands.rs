@@ -79,7 +79,7 @@ impl App {
             }
             Command::Setpoints { .. } => Err(Refusal::NoStream),
             Command::SelectGait { slot } => self.select_gait(board, slot),
-            Command::EraseGait { slot } => self.store.erase_gait(board.memory(), slot),
+            Command::EraseGait { slot } => self.erase_gait(board, slot),
             Command::Nudge { channel, counts } => self.nudge(board, channel, counts),
         })
     }
@@ -200,6 +200,14 @@ impl App {
         self.load_gait(board, slot)?;
         self.store.set_start(slot);
         self.player.replace(&self.gait, self.amplitude);
+        Ok(())
+    }
+
+    fn erase_gait(&mut self, board: &mut impl Board, slot: u8) -> Result<(), Refusal> {
+        let name = self.store.erase_gait(board.memory(), slot)?;
+        if name == self.gait.name() {
+            self.storage = Storage::RamOnly;
+        }
         Ok(())
     }
 

@@ -149,7 +149,7 @@ fn a_cut_in_an_erasure_leaves_the_gait_whole_or_gone() {
 
     cut_everywhere(
         &before,
-        |memory| Store::new().erase_gait(memory, 0).unwrap(),
+        |memory| _ = Store::new().erase_gait(memory, 0).unwrap(),
         |memory, _, _| {
             assert_eq!(gait_in(memory, 1), Some((medley.clone(), amplitude(2.0))));
             match gait_in(memory, 0) {

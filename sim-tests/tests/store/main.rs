@@ -2,5 +2,6 @@
 
 mod amplitudes;
 mod cuts;
+mod gaits;
 
 mod torn;
