@@ -34,7 +34,7 @@ const MV_PER_COUNT: u16 = 4;
 const UA_PER_COUNT: i32 = 100;
 /// The shunt register at the end of its /8 range: 320 mV.
 const SHUNT_FULL_SCALE: u16 = 32_000;
-const COUNTS_PER_MA: i16 = (1_000 / UA_PER_COUNT) as i16;
+const COUNTS_PER_MA: i32 = 1_000 / UA_PER_COUNT;
 /// One product of counts is 4 mV * 100 uA for a reading's share of 1/60 s, 400 /
 /// 60 / 9 nJ: this many products make a microjoule.
 const PRODUCTS_PER_UJ: u32 = READINGS_PER_FRAME as u32 * FRAME_RATE_HZ * 1_000 / (MV_PER_COUNT as u32 * 100);
@@ -76,7 +76,8 @@ pub enum Missed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sample {
     bus_counts: u16,
-    shunt_counts: i16,
+    /// By its gain it may be beyond 16 bits.
+    shunt_counts: i32,
     products: i32,
 }
 
@@ -93,14 +94,13 @@ impl Sample {
     /// Supply current, the frame's mean.
     #[must_use]
     pub const fn current_ua(self) -> i32 {
-        self.shunt_counts as i32 * UA_PER_COUNT
+        self.shunt_counts * UA_PER_COUNT
     }
 
     /// Whether the current is at `limit_ma` or more.
     #[must_use]
     pub const fn is_above_ma(self, limit_ma: u16) -> bool {
-        // 10 counts a milliampere, and at most 3,150 of these: it fits.
-        self.shunt_counts >= limit_ma as i16 * COUNTS_PER_MA
+        self.shunt_counts >= limit_ma as i32 * COUNTS_PER_MA
     }
 }
 
@@ -179,10 +179,10 @@ impl Readings {
         // The bus voltage is taken behind the shunt, whose own drop belongs to the
         // battery's energy as well: 6 % at 3 A. A bus count is 400 shunt counts;
         // 41/64 of 1/256 is 1/400 to a thousandth, without a division.
-        let lost = corrected((all.squares * 41) >> 6, shunt_gain_q14);
+        let lost = (all.squares * 41) >> 6;
         Ok(Sample {
             bus_counts: mean(i32::from(all.bus_sum)) as u16,
-            shunt_counts: corrected(mean(all.shunt_sum), shunt_gain_q14) as i16,
+            shunt_counts: corrected(mean(all.shunt_sum), shunt_gain_q14),
             products: corrected(all.products + lost, shunt_gain_q14),
         })
     }

@@ -96,7 +96,7 @@ impl BoardCalibration {
             && self.oscillator_khz >= 20_000
             && self.oscillator_khz <= 30_000
             && self.shunt_gain_q14 >= UNITY_GAIN_Q14 / 2
-            && self.shunt_gain_q14 <= UNITY_GAIN_Q14 * 2
+            && self.shunt_gain_q14 <= UNITY_GAIN_Q14 / 2 * 3
             && self.undervoltage_mv <= self.start_mv
             && self.start_mv <= 16_000
             && self.overcurrent_ma > 0

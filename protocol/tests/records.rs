@@ -131,7 +131,7 @@ fn every_number_of_the_board_has_its_range() {
     assert_eq!(refused(|b| b.oscillator_khz = 19_999), bad);
     assert_eq!(refused(|b| b.oscillator_khz = 30_001), bad);
     assert_eq!(refused(|b| b.shunt_gain_q14 = UNITY_GAIN_Q14 / 2 - 1), bad);
-    assert_eq!(refused(|b| b.shunt_gain_q14 = UNITY_GAIN_Q14 * 2 + 1), bad);
+    assert_eq!(refused(|b| b.shunt_gain_q14 = UNITY_GAIN_Q14 / 2 * 3 + 1), bad);
     assert_eq!(refused(|b| b.start_mv = b.undervoltage_mv - 1), bad);
     assert_eq!(refused(|b| b.start_mv = 16_001), bad);
     assert_eq!(refused(|b| b.undervoltage_mv = 0), None);
