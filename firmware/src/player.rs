@@ -203,12 +203,7 @@ impl Player {
     }
 
     /// Moves on by one frame; `is_on` tells whether the last one had pulses.
-    pub fn step<P: Product>(
-        &mut self,
-        gait: &Encoded,
-        stream: &mut Upload,
-        is_on: bool,
-    ) -> (Frame, Outcome) {
+    pub fn step<P: Product>(&mut self, gait: &Encoded, stream: &mut Upload, is_on: bool) -> (Frame, Outcome) {
         match self.mode {
             Mode::Limp => (Frame::LIMP, Outcome::Goes),
             Mode::Holding(0) => {

@@ -62,10 +62,11 @@ pub fn configure(bus: &mut impl I2c, delay: &mut impl DelayNs, prescale: u8) -> 
     chip.disable_programmable_address(ProgrammableAddress::AllCall)?;
     chip.set_output_driver(OutputDriver::TotemPole)?;
     chip.set_channel_full_off(Channel::All)?;
-    // Sleeping with outputs running sets RESTART; it is cleared by this, 500 us
-    // after wake-up (7.3.1.1). All outputs are off: nothing moves.
-    chip.restart(delay)?;
+    // Falling asleep with outputs running has set RESTART; that write has cleared
+    // it (7.3.1.1). All outputs are off: nothing moves.
     chip.enable()?;
+    // The oscillator's start, within which no output may be written.
+    delay.delay_us(500);
     check(bus, prescale)
 }
 

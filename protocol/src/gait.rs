@@ -74,7 +74,8 @@ pub enum GaitError {
     Step,
 }
 
-/// Phase advance of one frame at speed 1.0, in 2^-32 of a stride, rounded up.
+/// Phase advance of one frame at speed 1.0, in 2^-32 of a stride, rounded up,
+/// of a valid period; of others some number.
 ///
 /// Up, so that a stride of a whole number of frames lands on the next one's
 /// start: rounded down it would land on its own end, on the other side of
@@ -88,7 +89,6 @@ pub fn phase_step(period_us: u32) -> u32 {
     // Long division by hand: a u64 quotient costs an AVR 2.8 KB of flash.
     // The whole part is below any period, so the quotient is a fraction of
     // 32 bits; twice the longest period fits the remainder.
-    let period_us = period_us.clamp(MIN_PERIOD_US, MAX_PERIOD_US);
     let (mut remainder, mut digits, mut quotient) = (WHOLE, FRACTION_Q32, 0);
     for _ in 0..u32::BITS {
         remainder = remainder << 1 | digits >> 31;
@@ -100,7 +100,7 @@ pub fn phase_step(period_us: u32) -> u32 {
         }
     }
     // Shorter than a frame's share of the shortest period, so no overflow.
-    quotient + 1
+    quotient.wrapping_add(1)
 }
 
 /// `phase_step` at another speed, rounded down; exact at speed 1.0.

@@ -92,8 +92,7 @@ impl App {
             self.staged = Frame { servos_on: true, ..Frame::LIMP };
             return;
         }
-        let (mut frame, outcome) =
-            self.player.step::<P>(&self.gait, &mut self.upload, self.staged.servos_on);
+        let (mut frame, outcome) = self.player.step::<P>(&self.gait, &mut self.upload, self.staged.servos_on);
         match outcome {
             Outcome::Goes => {}
             Outcome::Finished => self.ending = Some(WalkEnd::Finished),

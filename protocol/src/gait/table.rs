@@ -81,7 +81,7 @@ impl GaitTable {
     /// Phase advance of one frame at speed 1.0: see [`super::phase_step`].
     #[must_use]
     pub fn phase_step(&self) -> u32 {
-        super::phase_step(self.period_us)
+        super::phase_step(self.period_us.clamp(super::MIN_PERIOD_US, super::MAX_PERIOD_US))
     }
 
     /// The curves out of an encoding that has been checked.

@@ -17,6 +17,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod eeprom;
+mod memory;
 mod panel;
 mod product;
 mod reset;
