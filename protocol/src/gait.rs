@@ -89,7 +89,7 @@ pub fn phase_step(period_us: u32) -> u32 {
     // Long division by hand: a u64 quotient costs an AVR 2.8 KB of flash.
     // The whole part is below any period, so the quotient is a fraction of
     // 32 bits; twice the longest period fits the remainder.
-    let (mut remainder, mut digits, mut quotient) = (WHOLE, FRACTION_Q32, 0);
+    let (mut remainder, mut digits, mut quotient) = (WHOLE, FRACTION_Q32, 0_u32);
     for _ in 0..u32::BITS {
         remainder = remainder << 1 | digits >> 31;
         digits <<= 1;
