@@ -221,7 +221,15 @@ impl SimRobot {
     /// # Panics
     /// If the robot refuses it.
     pub fn upload(&mut self, gait: &Gait, amplitude: Amplitude, persist: bool) {
-        self.send_pieces(&encoded(gait));
+        self.upload_encoded(&encoded(gait), amplitude, persist);
+    }
+
+    /// As [`Self::upload`], for a gait in bytes.
+    ///
+    /// # Panics
+    /// If the robot refuses it.
+    pub fn upload_encoded(&mut self, encoding: &[u8], amplitude: Amplitude, persist: bool) {
+        self.send_pieces(encoding);
         self.expect_done(Command::UploadCommit { amplitude, persist });
     }
 
