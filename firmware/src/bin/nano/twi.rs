@@ -29,7 +29,7 @@ const BURST_TICKS: u16 = 1_200 * TICKS_PER_US;
 const BIT_RATE: u8 = 12;
 const BURST_LEN: u8 = size_of::<ServoBurst>() as u8;
 
-/// Who drives the bus.
+/// Who drives the bus; up to `MAIN`, it is not the handlers.
 mod owner {
     pub const NOBODY: u8 = 0;
     pub const MAIN: u8 = 1;

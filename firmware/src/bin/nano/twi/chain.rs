@@ -86,7 +86,7 @@ fn begin_burst() {
 }
 
 /// The bus is free: a burst that waited for it begins, and has the frame to itself.
-#[inline(always)]
+#[inline(never)]
 pub fn hand_over(cs: CriticalSection<'_>) {
     OWNER.set(owner::NOBODY);
     if LATE.get() != 0 {
@@ -152,39 +152,43 @@ extern "avr-interrupt" fn step() {
 fn TIMER1_COMPB() {
     // SAFETY: interrupts are off inside an interrupt, and stay off.
     let cs = unsafe { CriticalSection::new() };
-    match OWNER.get() {
-        owner::BURST | owner::READING => {
-            let_go();
-            fail(cs);
-            OWNER.set(owner::FREEING);
-            STEP.set(free::BEGIN);
-            TICK.set(TICKS);
-            timer::tick_in(cs, FREE_TICKS);
-        }
-        owner::FREEING => match free::step(STEP.get()) {
-            Some(next) => {
-                STEP.set(next);
-                timer::tick_in(cs, FREE_TICKS);
-            }
-            None => hand_over(cs),
-        },
-        user => {
-            let tick = TICK.get();
-            if tick == TICKS {
-                return;
-            }
-            TICK.set(tick + 1);
-            timer::tick_after(cs, TICK_TICKS);
-            let head = HEAD.get();
-            let has_room = (head + READING_LEN) & RING_MASK != TAIL.get();
-            // A STOP may still be on the wire.
-            let is_free = user == owner::NOBODY && registers().twcr().read().twsto().bit_is_clear();
-            if tick & 1 == 0 && is_free && has_room {
-                request_start();
-                OWNER.set(owner::READING);
-                ADDRESS.set(power::ADDRESS << 1);
-                AT.set(head);
-            }
-        }
+    let user = OWNER.get();
+    if user <= owner::MAIN {
+        tick(cs, user);
+        return;
+    }
+    if user != owner::FREEING {
+        let_go();
+        fail(cs);
+        OWNER.set(owner::FREEING);
+        STEP.set(free::BEGIN);
+        TICK.set(TICKS);
+    } else if let Some(next) = free::step(STEP.get()) {
+        STEP.set(next);
+    } else {
+        hand_over(cs);
+        return;
+    }
+    timer::tick_in(cs, FREE_TICKS);
+}
+
+/// Starts a reading, if it is time for one and the bus is free.
+#[inline(always)]
+fn tick(cs: CriticalSection<'_>, user: u8) {
+    let tick = TICK.get();
+    if tick == TICKS {
+        return;
+    }
+    TICK.set(tick + 1);
+    timer::tick_after(cs, TICK_TICKS);
+    let head = HEAD.get();
+    let has_room = (head + READING_LEN) & RING_MASK != TAIL.get();
+    // A STOP may still be on the wire.
+    let is_free = user == owner::NOBODY && registers().twcr().read().twsto().bit_is_clear();
+    if tick & 1 == 0 && is_free && has_room {
+        request_start();
+        OWNER.set(owner::READING);
+        ADDRESS.set(power::ADDRESS << 1);
+        AT.set(head);
     }
 }
