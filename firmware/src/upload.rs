@@ -111,7 +111,7 @@ impl Upload {
         }
         let (places, _) = self.bytes.as_chunks_mut::<POSE_LEN>();
         for pose in poses {
-            if let Some(place) = places.get_mut(usize::from((self.oldest + self.waiting) % STREAM_CAPACITY)) {
+            if let Some(place) = places.get_mut(usize::from(wrapped(self.oldest + self.waiting))) {
                 *place = *pose;
             }
             self.waiting += 1;
@@ -132,7 +132,12 @@ impl Upload {
     pub const fn drop_pose(&mut self) {
         if self.waiting > 0 {
             self.waiting -= 1;
-            self.oldest = (self.oldest + 1) % STREAM_CAPACITY;
+            self.oldest = wrapped(self.oldest + 1);
         }
     }
+}
+
+/// A place in the ring, from at most one round beyond it.
+const fn wrapped(place: u8) -> u8 {
+    if place < STREAM_CAPACITY { place } else { place - STREAM_CAPACITY }
 }

@@ -40,9 +40,9 @@ pub const FRAME_RATE_HZ: u32 = 60;
 /// it stands still within 1 s.
 pub const LINK_TIMEOUT_FRAMES: u8 = 54;
 
-/// Setpoints that a robot buffers: 67 ms of a late host, and a stream that ends
-/// is noticed within 0.1 s.
-pub const STREAM_CAPACITY: u8 = 4;
+/// Setpoints that a robot buffers: 50 ms of a late host. A stream that ends has
+/// its servos still 83 ms later, the PWM's own period included.
+pub const STREAM_CAPACITY: u8 = 3;
 
 /// Gaits that a robot stores.
 pub const GAIT_SLOTS: u8 = 3;

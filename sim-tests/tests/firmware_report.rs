@@ -30,13 +30,21 @@ const KEYS: [&str; 15] = [
     "energy_error_percent",
 ];
 /// What the figures rely on.
-const LIMITS: [&str; 4] =
-    ["receive_wait_max_us", "receiver_lost_bytes", "supply_debounce_frames", "attached_stop_ms"];
+const LIMITS: [&str; 5] = [
+    "receive_wait_max_us",
+    "receiver_lost_bytes",
+    "supply_debounce_frames",
+    "attached_stop_ms",
+    "energy_in_step_error_percent",
+];
 
 /// Figures whose bar is missed, and how far they may miss it: no further than
 /// today. The README says the same; whoever meets a bar takes its line away.
-const MISSED: [(&str, f64); 3] =
-    [("flash_bytes", 25_600.0), ("watchdog_stop_ms", 160.0), ("energy_error_percent", 30.0)];
+const MISSED: [(&str, f64); 2] = [
+    // In trials as short as these, which are not a whole number of beats.
+    ("energy_error_percent", 3.0),
+    ("energy_in_step_error_percent", 30.0),
+];
 
 fn elf() -> std::path::PathBuf {
     FirmwareImage::default_path()

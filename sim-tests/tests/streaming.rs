@@ -132,18 +132,18 @@ fn a_host_that_comes_a_little_late_is_made_up_for_by_the_buffer() {
     let mut robot = streaming();
     feed(&mut robot, 0..30);
     for block in 0..10 {
-        // Four poses at once, every four frames.
-        let start = 30 + 4 * block;
-        feed(&mut robot, start..start + 4);
+        // Three poses at once, every three frames.
+        let start = 30 + 3 * block;
+        feed(&mut robot, start..start + 3);
         robot.run_frames(2);
     }
     robot.run_frames(1);
 
     assert_eq!(robot.state(), State::Walking);
-    feed(&mut robot, 70..100);
+    feed(&mut robot, 60..90);
     robot.run_frames(10);
     let on: Vec<Pulses> = robot.take_pulses().into_iter().filter(servos_on).collect();
-    assert!(run_of(&on, 0..100));
+    assert!(run_of(&on, 0..90));
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn uploads_selections_nudges_and_walks_are_refused_meanwhile() {
     let table = encoded(&fixtures::medley());
     robot.send_pieces(&table);
     robot.expect_done(Command::Stream);
-    robot.ask(setpoints(&[[60.0; JOINT_COUNT]; 4]));
+    robot.ask(setpoints(&[[40.0; JOINT_COUNT]; STREAM_CAPACITY as usize]));
     let walking = Reply::Refused(Refusal::AlreadyWalking);
 
     assert_eq!(robot.ask(Command::UploadBegin { len: 84 }), walking);
@@ -231,11 +231,11 @@ fn uploads_selections_nudges_and_walks_are_refused_meanwhile() {
     assert_eq!(robot.ask(Command::Nudge { channel: 0, counts: 330 }), Reply::Refused(Refusal::ServosOn));
     assert_eq!(robot.read_record(Record::Gait), encoded(&fixtures::trot()));
     robot.run_until(State::Walking);
-    robot.run_frames(3);
+    robot.run_frames(2);
     let reached = robot.pulses_over(2);
 
     assert!(
-        error_from(&[60.0; JOINT_COUNT], reached.last().unwrap()) <= 0.6,
+        error_from(&[40.0; JOINT_COUNT], reached.last().unwrap()) <= 0.6,
         "the poses are as they were sent"
     );
     robot.run_until(State::Idle);

@@ -43,10 +43,23 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The trial that is farthest off.
+    /// The trial that is farthest off, of those whose PWM moves on against the
+    /// frames.
     #[must_use]
     pub fn worst(&self) -> Option<Trial> {
-        self.trials.iter().copied().max_by(|a, b| a.error_percent.abs().total_cmp(&b.error_percent.abs()))
+        self.worst_of(true)
+    }
+
+    /// The same of those whose PWM is in step with the frames, which nine readings
+    /// at fixed moments cannot tell apart; none if the PWM's rate is never theirs.
+    #[must_use]
+    pub fn worst_in_step(&self) -> Option<Trial> {
+        self.worst_of(false)
+    }
+
+    fn worst_of(&self, beating: bool) -> Option<Trial> {
+        let trials = self.trials.iter().copied().filter(|trial| trial.ripple.beats() == beating);
+        trials.max_by(|a, b| a.error_percent.abs().total_cmp(&b.error_percent.abs()))
     }
 
     /// Trials of which the error is within `percent`.

@@ -158,6 +158,6 @@ fn a_detached_walk_without_frames_outlasts_its_host_and_an_attached_one_does_not
 
     assert_eq!(detached.state(), State::Walking);
     assert!(detached.walk_ends().is_empty());
-    assert_eq!(state, State::Stopping);
+    assert_eq!(state, State::Holding);
     assert_eq!(attached.walk_ends(), [WalkEnd::LinkLost]);
 }

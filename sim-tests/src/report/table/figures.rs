@@ -82,7 +82,7 @@ pub(super) fn of(measured: &Measured) -> Vec<Figure> {
         ),
         figure(
             "energy_error_percent",
-            "energy against the battery's, worst load (%)",
+            "energy against the battery's, worst load, PWM out of step (%)",
             energy_error.ok_or("no trial ended".to_owned()),
             1.0,
         ),
@@ -118,7 +118,19 @@ pub(super) fn limits_of(measured: &Measured) -> Vec<Figure> {
             value: link_loss::slowest_ms(&measured.silences),
             bar: link_loss::ATTACHED_BAR_MS,
         },
+        Figure {
+            key: "energy_in_step_error_percent",
+            what: "energy where the PWM runs at exactly 60 Hz (%)",
+            value: in_step_error_percent(measured),
+            bar: 1.0,
+        },
     ]
+}
+
+fn in_step_error_percent(measured: &Measured) -> Result<f64, String> {
+    let energy = measured.energy.as_ref().ok_or("no trial ended".to_owned())?;
+    let worst = energy.worst_in_step().ok_or("no chip's PWM gets there".to_owned())?;
+    Ok(worst.error_percent.abs())
 }
 
 /// The slowest hang without a bootloader and with OE left alone, on the slowest
