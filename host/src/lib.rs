@@ -25,6 +25,7 @@ pub mod run_folder;
 pub mod sampled;
 #[cfg(feature = "sim")]
 pub mod sim;
+pub mod stream;
 #[cfg(feature = "train")]
 pub mod stride;
 #[cfg(feature = "train")]

@@ -27,6 +27,9 @@ use thiserror::Error;
 pub struct Args {
     #[command(flatten)]
     recording: Recording,
+    /// Run folder whose trajectory is fitted [default: the last run's]
+    #[arg(long, value_name = "DIR", conflicts_with = "trajectory")]
+    run: Option<PathBuf>,
     /// How strides join [default: continuous for a whole stride as `record` writes it, else free as in the paper]
     #[arg(long, value_name = "free|continuous")]
     seam: Option<Seam>,
@@ -57,7 +60,8 @@ enum BadFlag {
     Period { recorded_s: f64, stretch: f64, played_s: f64 },
 }
 
-pub fn run(args: Args) -> Result<(), Failure> {
+pub fn run(mut args: Args) -> Result<(), Failure> {
+    args.recording.run = args.run.take();
     if let Some(path) = args.out.as_ref().filter(|path| path.extension().is_none_or(|e| e != "toml")) {
         return Err(failure(Cause::Usage, BadFlag::Out { path: path.clone() }));
     }

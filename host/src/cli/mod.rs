@@ -11,6 +11,7 @@ mod explain;
 mod fit;
 mod gaits;
 mod measure;
+mod play;
 mod reach;
 #[cfg(feature = "train")]
 mod record;
@@ -63,6 +64,8 @@ enum Command {
     Measure(measure::Args),
     /// Let the robot walk, attached or by itself
     Walk(walk::Args),
+    /// Play a trajectory or a policy from this computer
+    Play(play::Args),
     /// Tell what the robot is doing, and leave a fault
     Status(status::Args),
     /// Change a detached walk: amplitude, speed, pause
@@ -141,6 +144,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),
         Command::Walk(args) => walk::run(args),
+        Command::Play(args) => play::run(args),
         Command::Status(args) => status::run(args),
         Command::Set(args) => set::run(args),
         Command::Stop(args) => stop::run(args),

@@ -29,9 +29,9 @@ const DEFAULT_LIMIT_DEG: f64 = 45.0;
 pub struct Recording {
     /// CSV with a column per joint [default: trajectory.csv of the run]
     pub trajectory: Option<PathBuf>,
-    /// Run folder whose trajectory is taken [default: the last run's]
-    #[arg(long, value_name = "DIR", conflicts_with = "trajectory")]
-    run: Option<PathBuf>,
+    /// Run folder whose trajectory is taken where none is named; a flag of its own for some.
+    #[arg(skip)]
+    pub run: Option<PathBuf>,
     /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
     #[arg(long, value_name = "A..B")]
     rows: Option<Rows>,
@@ -95,6 +95,9 @@ pub enum BadFlag {
     Rows { text: String },
     #[error("--{flag} is {value}; it must be within {min} to {max}")]
     Range { flag: &'static str, value: f64, min: f64, max: f64 },
+    #[cfg(feature = "train")]
+    #[error("{flag} is for recordings, not for a policy")]
+    NotForPolicies { flag: &'static str },
     #[error("{} has no time_s column, so the duration of its rows is unknown", .path.display())]
     NoPeriod { path: PathBuf },
 }
@@ -147,7 +150,6 @@ impl Recording {
     pub fn given(&self) -> Option<&'static str> {
         let given = [
             ("a trajectory", self.trajectory.is_some()),
-            ("--run", self.run.is_some()),
             ("--rows", self.rows.is_some()),
             ("--period", self.period.is_some()),
             ("--time-stretch", self.time_stretch.is_some()),
@@ -161,6 +163,11 @@ impl Recording {
             ("--leg", self.leg.is_some()),
         ];
         given.into_iter().find(|(_, is_given)| *is_given).map(|(flag, _)| flag)
+    }
+
+    /// Columns are degrees from neutral, not actions.
+    pub fn in_degrees(&mut self) {
+        (self.unit_deg, self.centre_unit_deg) = (Some(1.0), Some(1.0));
     }
 
     /// Reads the file, and chooses rows, duration and scales.

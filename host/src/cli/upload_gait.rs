@@ -58,6 +58,9 @@ pub struct Args {
     /// What the robot will call the samples, up to 16 characters [default: from the file]
     #[arg(long, requires = "sampled")]
     name: Option<String>,
+    /// Run folder whose trajectory is sent [default: the last run's]
+    #[arg(long, value_name = "DIR", requires = "sampled", conflicts_with = "trajectory")]
+    run: Option<PathBuf>,
     #[command(flatten, next_help_heading = "With --sampled")]
     recording: Recording,
 }
@@ -77,7 +80,8 @@ struct Refused {
     source: LeavesLimits,
 }
 
-pub fn run(args: Args) -> Result<(), Failure> {
+pub fn run(mut args: Args) -> Result<(), Failure> {
+    args.recording.run = args.run.take();
     let amplitude = Amplitude::from_f64(args.amplitude)
         .ok_or_else(|| failure(Cause::Usage, BadFlag::Amplitude { value: args.amplitude }))?;
     let material = Material::of(&args)?;

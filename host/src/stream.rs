@@ -1,0 +1,212 @@
+//! Sends setpoints to a robot that plays one a frame.
+//!
+//! Owns the flow: the robot buffers a few poses, tells with every answer how
+//! many, and is never sent more than fit. A buffer that runs dry stops the
+//! robot, so this ends it before, with the last pose. Refuses to know where the
+//! poses come from.
+
+use crate::link::{Heard, Link, LinkError};
+use crate::trial::{Sample, Trial, TrialStop, Watcher};
+use protocol::{
+    Angle, Chunk, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Message, Refusal, Reply, STREAM_CAPACITY,
+    State, WalkEnd,
+};
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, UNIX_EPOCH};
+
+/// Eight angles from neutral, in degrees, in [`protocol::Joint::ALL`] order.
+pub type PoseDeg = [f64; JOINT_COUNT];
+
+/// Poses in one command: an adapter that holds every answer back for 16 ms, as
+/// FTDI's do, still takes 120 a second.
+const POSES_A_COMMAND: usize = 2;
+const FRAME: Duration = Duration::from_nanos(1_000_000_000 / FRAME_RATE_HZ as u64);
+/// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
+const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
+/// What the robot has to say about an end is said within this time.
+const LAST_WORDS: Duration = Duration::from_millis(500);
+
+/// Streams `poses` until there are no more, or `stop` is set.
+///
+/// The trial is returned however it ended; see [`Trial::stop`].
+///
+/// # Errors
+/// [`LinkError`] if the stream could not even begin.
+pub fn stream<P: Read + Write>(
+    link: &mut Link<P>,
+    poses: impl Iterator<Item = PoseDeg>,
+    stop: &AtomicBool,
+    watcher: impl Watcher,
+) -> Result<Trial, LinkError> {
+    // Telemetry of before tells of the trial before: none may be under way.
+    link.order(Command::StreamTelemetry { every_frames: 0 })?;
+    while link.next_unasked(Instant::now())?.is_some() {}
+    let capacity = usize::from(link.hello().map_or(STREAM_CAPACITY, |hello| hello.limits.stream_capacity));
+    link.order(Command::Stream)?;
+    let batch = POSES_A_COMMAND.min(capacity).max(1);
+    let mut stream = Streaming { link, stop, watcher, samples: Vec::new(), capacity, sent: 0, asked: None };
+    let outcome = stream.begin().and_then(|()| stream.send_all(poses, batch)).and_then(|()| stream.drain());
+    stream.end(outcome.is_err());
+    Ok(Trial { samples: stream.samples, stop: outcome.err() })
+}
+
+struct Streaming<'a, P, W> {
+    link: &'a mut Link<P>,
+    stop: &'a AtomicBool,
+    watcher: W,
+    samples: Vec<Sample>,
+    capacity: usize,
+    sent: u32,
+    /// Poses in all, once that is known.
+    asked: Option<u32>,
+}
+
+fn broken(source: LinkError) -> TrialStop {
+    TrialStop::Link { source }
+}
+
+impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
+    fn begin(&mut self) -> Result<(), TrialStop> {
+        self.link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)
+    }
+
+    fn send_all(&mut self, poses: impl Iterator<Item = PoseDeg>, batch: usize) -> Result<(), TrialStop> {
+        let mut poses = poses.fuse();
+        let mut taken_at = Instant::now();
+        let mut pending: Vec<PoseDeg> = Vec::with_capacity(batch);
+        loop {
+            pending.extend(poses.by_ref().take(batch - pending.len()));
+            if pending.is_empty() {
+                self.asked = Some(self.sent);
+                return Ok(());
+            }
+            match self.link.request(Command::Setpoints { data: chunk(&pending) }) {
+                Ok(Reply::Buffered(waiting)) => {
+                    self.sent += pending.len() as u32;
+                    pending.clear();
+                    taken_at = Instant::now();
+                    // One frame more than there is room for would be refused.
+                    let ahead = (usize::from(waiting) + batch).saturating_sub(self.capacity);
+                    self.listen(taken_at + FRAME * ahead as u32)?;
+                }
+                Ok(_) => return Err(broken(LinkError::WrongReply { command: "take setpoints" })),
+                Err(LinkError::Refused { refusal: Refusal::StreamFull, .. }) => {
+                    if taken_at.elapsed() > ENTRY_TIMEOUT {
+                        return Err(TrialStop::Entry);
+                    }
+                    self.listen(Instant::now() + FRAME)?;
+                }
+                Err(LinkError::Refused { refusal: Refusal::NoStream, command }) => {
+                    // The event that says why may be on its way.
+                    self.listen(Instant::now() + LAST_WORDS)?;
+                    return Err(broken(LinkError::Refused { refusal: Refusal::NoStream, command }));
+                }
+                Err(source) => return Err(broken(source)),
+            }
+        }
+    }
+
+    /// Waits until the last pose is being played.
+    fn drain(&mut self) -> Result<(), TrialStop> {
+        let deadline = Instant::now() + ENTRY_TIMEOUT;
+        while self.sent > 0 && !self.is_last_playing() {
+            if Instant::now() >= deadline {
+                return Err(TrialStop::Stuck { frames: self.played(), asked: self.asked });
+            }
+            match self.listen(Instant::now() + FRAME) {
+                // All of it was there in time: so much for the last pose.
+                Err(TrialStop::Ended { end: WalkEnd::StreamDry, .. }) => return Ok(()),
+                outcome => outcome?,
+            }
+            self.link.status().map_err(broken)?;
+        }
+        Ok(())
+    }
+
+    fn is_last_playing(&self) -> bool {
+        // The player is a frame ahead of its counters.
+        self.samples.last().is_some_and(|sample| {
+            sample.telemetry.state != State::Entering && sample.telemetry.trial_frames + 1 >= self.sent
+        })
+    }
+
+    /// Ends the stream, and hears out what it came to.
+    fn end(&mut self, at_once: bool) {
+        if at_once {
+            let _ = self.link.send_stop_byte();
+        }
+        if self.link.order(Command::Stop).is_err() {
+            return;
+        }
+        let deadline = Instant::now() + LAST_WORDS;
+        while let Ok(Some(heard)) = self.link.next_unasked(deadline) {
+            let is_over = matches!(&heard.message, Message::Telemetry(telemetry)
+                if !matches!(telemetry.state, State::Entering | State::Walking));
+            self.keep(&heard);
+            if is_over {
+                break;
+            }
+        }
+        let _ = self.link.order(Command::StreamTelemetry { every_frames: 0 });
+    }
+
+    fn played(&self) -> u32 {
+        self.samples.last().map_or(0, |sample| sample.telemetry.trial_frames)
+    }
+
+    fn keep(&mut self, heard: &Heard) {
+        if let Message::Telemetry(telemetry) = heard.message {
+            let unix_time_s = heard.at.duration_since(UNIX_EPOCH).map_or(0.0, |age| age.as_secs_f64());
+            self.samples.push(Sample { unix_time_s, telemetry });
+            self.watcher.progress(telemetry.state, telemetry.trial_frames);
+        }
+    }
+
+    /// Hears what there is until the deadline; an end is an error here.
+    fn listen(&mut self, deadline: Instant) -> Result<(), TrialStop> {
+        loop {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(TrialStop::Interrupted);
+            }
+            let Some(heard) = self.link.next_unasked(deadline).map_err(broken)? else { return Ok(()) };
+            self.keep(&heard);
+            match heard.message {
+                Message::Event(Event::Fault(fault)) => return Err(TrialStop::Fault { fault }),
+                Message::Event(Event::WalkEnded(end)) => return Err(self.ended(end)),
+                _ => {}
+            }
+        }
+    }
+
+    fn ended(&self, end: WalkEnd) -> TrialStop {
+        match end {
+            WalkEnd::Fault(fault) => TrialStop::Fault { fault },
+            WalkEnd::LinkLost => TrialStop::LinkLost,
+            end => TrialStop::Ended { end, frames: self.played(), asked: self.asked },
+        }
+    }
+}
+
+fn chunk(poses: &[PoseDeg]) -> Chunk {
+    let bytes: Vec<u8> =
+        poses.iter().flatten().flat_map(|&deg| Angle::from_deg(deg).units().to_le_bytes()).collect();
+    Chunk::of(&bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_are_angles_in_256ths_little_endian() {
+        let mut pose = [0.0; JOINT_COUNT];
+        (pose[0], pose[7]) = (1.5, -10.0);
+
+        let bytes = chunk(&[pose, pose]);
+
+        assert_eq!(bytes.as_slice().len(), 32);
+        assert_eq!(bytes.as_slice()[..2], 384_i16.to_le_bytes());
+        assert_eq!(bytes.as_slice()[30..], (-2560_i16).to_le_bytes());
+    }
+}
