@@ -109,13 +109,13 @@ fn a_stream_is_kept_without_a_gaits_identity() {
     let mut robot = SimRobot::new();
     robot.run_frames(2);
     robot.expect_done(Command::Stream);
-    robot.ask(setpoints(&[[0.0; 8]; 4]));
+    robot.ask(setpoints(&[[0.0; 8]; 3]));
     robot.run_frames(20);
     robot.run_until(State::Holding);
 
     let trial = kept(robot).unwrap();
 
-    assert_eq!((trial.frames, trial.gait_crc32, trial.end), (4, 0, WalkEnd::StreamDry));
+    assert_eq!((trial.frames, trial.gait_crc32, trial.end), (3, 0, WalkEnd::StreamDry));
 }
 
 #[test]
