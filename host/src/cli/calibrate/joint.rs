@@ -151,7 +151,7 @@ fn move_about(bench: &mut Bench<'_>, joint: Joint, found: &mut JointSetup) -> Re
         found.channel,
         found.neutral_us,
         found.us_per_degree,
-        if found.reversed { " reversed" } else { "" },
+        if found.reversed { ", reversed" } else { "" },
         reach(found)
     ));
     Ok(())

@@ -65,10 +65,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn gait_words(trial: &TrialRecord, name: Option<Name>) -> String {
+    let amplitude = as_typed(trial.amplitude);
     match (trial.gait_crc32, name) {
         (0, _) => "setpoints from a computer".into(),
-        (crc32, Some(name)) => format!("gait \"{}\" (CRC {crc32:08x})", name.as_str()),
-        (crc32, None) => format!("a gait that is not active any more (CRC {crc32:08x})"),
+        (crc32, Some(name)) => format!("gait \"{}\" (CRC {crc32:08x}) at {amplitude}x", name.as_str()),
+        (crc32, None) => {
+            format!("a gait that is not active any more (CRC {crc32:08x}) at {amplitude}x")
+        }
     }
 }
 
@@ -79,8 +82,7 @@ impl Figures {
 
     fn print_words(&self, distance_m: Option<f64>, cost: Option<f64>) {
         let trial = &self.trial;
-        let amplitude = as_typed(trial.amplitude);
-        println!("{} at {amplitude}x, {} frames in {:.2} s", self.gait, trial.frames, self.duration_s);
+        println!("{}, {} frames in {:.2} s", self.gait, trial.frames, self.duration_s);
         println!("it ended because {}", words::walk_end(trial.end));
         let figures = [
             ("energy", Some(self.energy_j), "J"),
