@@ -268,8 +268,10 @@ impl App {
         let mut burst = servos::limp_burst();
         if let Some(Nudge { channel, counts }) = self.nudge {
             servos::set_pulse(&mut burst, channel, counts);
-        } else if self.staged.servos_on {
-            servos::set_pulses(&mut burst, self.player.pose(), &self.calibration);
+        } else if self.staged.servos_on || self.staged.gait {
+            // A rehearsal is to find out what would be held at a limit, and no more.
+            let Frame { servos_on, clipped, .. } = &mut self.staged;
+            *clipped |= servos::set_pulses(&mut burst, self.player.pose(), &self.calibration, *servos_on);
         }
         board.bus().stage(&burst);
     }

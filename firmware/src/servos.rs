@@ -86,12 +86,24 @@ fn read(bus: &mut impl I2c, register: u8) -> Result<u8, ServoFault> {
     Ok(value[0])
 }
 
-/// Gives each joint its pulse in a burst that starts as [`limp_burst`].
-pub fn set_pulses(burst: &mut ServoBurst, pose: &[Angle; JOINT_COUNT], calibration: &Calibration) {
+/// Gives each joint its pulse in a burst that starts as [`limp_burst`], if the
+/// servos are to be on; tells whether one would be at its servo's limit.
+pub fn set_pulses(
+    burst: &mut ServoBurst,
+    pose: &[Angle; JOINT_COUNT],
+    calibration: &Calibration,
+    servos_on: bool,
+) -> bool {
+    let mut held = false;
     for joint in Joint::ALL {
         let servo = calibration.joint(joint);
-        set_pulse(burst, servo.channel, servo.counts(pose[joint.index()].units()));
+        let counts = servo.counts(pose[joint.index()].units());
+        held |= counts == servo.min_counts || counts == servo.max_counts;
+        if servos_on {
+            set_pulse(burst, servo.channel, counts);
+        }
     }
+    held
 }
 
 /// Gives one output its pulse; others stay as they are.

@@ -273,6 +273,7 @@ fn angles_beyond_the_servos_are_held_at_their_shortest_and_longest_pulse() {
         robot.run_frames(3);
 
         assert_eq!(robot.pulses_over(2).last(), Some(&[Some(expected); JOINT_COUNT]));
+        assert_eq!(robot.telemetry().last().unwrap().clipped_frames, 1, "and it is told");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::ready;
 use protocol::frame::STOP_BYTE;
-use protocol::{Command, Refusal, Reply, State, WalkEnd};
+use protocol::{Calibration, Command, Joint, Refusal, Reply, State, WalkEnd};
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::SimRobot;
@@ -52,6 +52,29 @@ fn it_counts_the_frames_that_a_walk_would_clip() {
 
     assert!(clipped[0] > 50, "{clipped:?}");
     assert_eq!(clipped[0], clipped[1]);
+}
+
+/// The servos' own limits are the robot's, and no gait knows them.
+#[test]
+fn it_counts_the_frames_in_which_a_servo_would_be_held_at_its_own_limit() {
+    let authors = Calibration::authors();
+    let mut joints = Joint::ALL.map(|joint| authors.joint(joint));
+    // 15 of the trot's 24 degrees, at one knee.
+    joints[6].max_counts = 330 + 25;
+    let narrow = Calibration::new(&joints, &authors.board());
+    let clipped = [(authors, rehearse_for(144)), (narrow, rehearse_for(144)), (narrow, walk_for(144))].map(
+        |(calibration, walk)| {
+            let mut robot = ready();
+            robot.calibrate(&calibration);
+            robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
+            states_of(&mut robot, walk);
+            robot.telemetry().last().unwrap().clipped_frames
+        },
+    );
+
+    assert_eq!(clipped[0], 0);
+    assert!(clipped[1] > 30 && clipped[1] < 144, "{clipped:?}");
+    assert_eq!(clipped[1], clipped[2]);
 }
 
 #[test]
