@@ -16,7 +16,7 @@ use nix::fcntl::{FcntlArg, FdFlag, OFlag, fcntl, open};
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::pty::openpty;
 use nix::sys::stat::Mode;
-use nix::sys::termios::{FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
+use nix::sys::termios::{ControlFlags, FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
 use nix::unistd::{read, ttyname, write};
 use std::os::fd::{AsFd as _, OwnedFd};
 use std::path::{Path, PathBuf};
@@ -62,8 +62,11 @@ pub enum PtyError {
 /// What happened at the port since the last look.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Happened {
-    /// Somebody opened it: on a Nano, a reset.
+    /// Somebody opened it.
     pub opened: bool,
+    /// DTR rose with it: on a Nano, a reset. It does not where the host before
+    /// asked for DTR to be left alone on closing, with HUPCL off.
+    pub dtr_rose: bool,
     /// Bytes for the Nano.
     pub bytes: Vec<u8>,
 }
@@ -75,6 +78,8 @@ pub struct Pty {
     path: PathBuf,
     link: Option<PathBuf>,
     is_open: bool,
+    /// Whether closing the port now would leave DTR as it is.
+    keeps_dtr: bool,
     dropped: u64,
     openings: openings::Openings,
 }
@@ -87,7 +92,7 @@ impl Pty {
     pub fn new() -> Result<Self, PtyError> {
         let (master, path) = open_raw()?;
         let openings = openings::Openings::of(&path);
-        Ok(Self { master, path, link: None, is_open: false, dropped: 0, openings })
+        Ok(Self { master, path, link: None, is_open: false, keeps_dtr: false, dropped: 0, openings })
     }
 
     /// Where a host opens it.
@@ -140,18 +145,32 @@ impl Pty {
         if flags.contains(PollFlags::POLLHUP) {
             if told || self.is_open {
                 let bytes = self.read(room)?;
+                let kept = self.keeps_dtr;
+                self.note_hang_up();
                 // A closed serial port forgets what nobody read.
                 self.is_open = self.flush()?;
-                return Ok(Happened { opened: told || self.is_open, bytes });
+                let opened = told || self.is_open;
+                // Opened since the closing that this is about, or before it.
+                let kept = if told { kept } else { self.keeps_dtr };
+                return Ok(Happened { opened, dtr_rose: opened && !kept, bytes });
             }
             // Poll returns at once while nobody has the port open.
             std::thread::sleep(std::time::Duration::from_millis(1));
             return Ok(Happened::default());
         }
         let opened = told || !self.is_open;
+        let dtr_rose = opened && !self.keeps_dtr;
         self.is_open = true;
+        self.note_hang_up();
         let bytes = if flags.contains(PollFlags::POLLIN) { self.read(room)? } else { Vec::new() };
-        Ok(Happened { opened, bytes })
+        Ok(Happened { opened, dtr_rose, bytes })
+    }
+
+    /// Notes what a closing would do to DTR.
+    fn note_hang_up(&mut self) {
+        if let Ok(settings) = tcgetattr(&self.master) {
+            self.keeps_dtr = !settings.control_flags.contains(ControlFlags::HUPCL);
+        }
     }
 
     /// Sends the robot's bytes to the host, if one is there.
@@ -216,6 +235,7 @@ impl Pty {
     fn renew(&mut self) -> Result<(), PtyError> {
         (self.master, self.path) = open_raw()?;
         self.openings = openings::Openings::of(&self.path);
+        self.keeps_dtr = false;
         eprintln!("a host ended without releasing the port; it is now {}", self.path.display());
         match self.link.take() {
             Some(link) => {
@@ -236,6 +256,8 @@ fn open_raw() -> Result<(OwnedFd, PathBuf), PtyError> {
     // up must not get its own bytes echoed.
     let mut settings = tcgetattr(&pair.slave).map_err(failed("read the settings of"))?;
     cfmakeraw(&mut settings);
+    // As on a serial port that nobody set up: a closing lowers DTR.
+    settings.control_flags.insert(ControlFlags::HUPCL);
     tcsetattr(&pair.slave, SetArg::TCSANOW, &settings).map_err(failed("set up"))?;
     fcntl(&pair.master, FcntlArg::F_SETFL(OFlag::O_NONBLOCK)).map_err(failed("set up"))?;
     fcntl(&pair.master, FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC)).map_err(failed("set up"))?;

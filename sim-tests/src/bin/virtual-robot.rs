@@ -40,7 +40,7 @@ struct Args {
     /// Write every change of the servo pulses here: one JSON object a line
     #[arg(long, value_name = "FILE")]
     pulses: Option<PathBuf>,
-    /// Do not reset the Nano when the port is opened
+    /// Do not reset the Nano when DTR rises as the port is opened
     #[arg(long)]
     no_reset_on_open: bool,
     /// How long the bootloader holds the Nano after a reset
@@ -124,7 +124,7 @@ fn run(
     while !stop.load(Ordering::Relaxed) && robot.now() < last_cycle {
         let room = LINE_ROOM.saturating_sub(robot.nano().unsent());
         let happened = port.look(room.max(1)).into_diagnostic()?;
-        if happened.opened && !args.no_reset_on_open {
+        if happened.dtr_rose && !args.no_reset_on_open {
             robot.nano_mut().reset(bootloader_cycles);
         }
         robot.nano_mut().send(&happened.bytes);

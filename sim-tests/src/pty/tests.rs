@@ -37,6 +37,28 @@ fn an_opening_right_after_a_closing_is_not_missed() {
     assert!(!pty.look(64).unwrap().opened);
 }
 
+/// What a host does that wants to find the robot as it left it.
+#[test]
+fn dtr_rises_unless_the_host_before_left_it_alone() {
+    let mut pty = Pty::new().unwrap();
+    let port = host(&pty);
+    assert!(pty.look(64).unwrap().dtr_rose, "the first opening");
+    drop(port);
+    pty.look(64).unwrap();
+
+    let port = host(&pty);
+    assert!(pty.look(64).unwrap().dtr_rose, "after a host that set nothing up");
+    let mut settings = tcgetattr(&port).unwrap();
+    settings.control_flags.remove(ControlFlags::HUPCL);
+    tcsetattr(&port, SetArg::TCSANOW, &settings).unwrap();
+    drop(port);
+    pty.look(64).unwrap();
+
+    let _port = host(&pty);
+    let happened = pty.look(64).unwrap();
+    assert!(happened.opened && !happened.dtr_rose);
+}
+
 #[test]
 fn bytes_pass_unchanged_and_nothing_is_echoed() {
     let mut pty = Pty::new().unwrap();
