@@ -24,6 +24,8 @@ const POSES_A_COMMAND: usize = 2;
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / FRAME_RATE_HZ as u64);
 /// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
 const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
+/// A robot that hears nothing for a second stops.
+const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
 /// What the robot has to say about an end is said within this time.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
@@ -110,16 +112,21 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     /// Waits until the last pose is being played.
     fn drain(&mut self) -> Result<(), TrialStop> {
         let deadline = Instant::now() + ENTRY_TIMEOUT;
+        let mut last_asked = Instant::now();
         while self.sent > 0 && !self.is_last_playing() {
             if Instant::now() >= deadline {
                 return Err(TrialStop::Stuck { frames: self.played(), asked: self.asked });
             }
-            match self.listen(Instant::now() + FRAME) {
+            match self.hear(Instant::now() + FRAME) {
                 // All of it was there in time: so much for the last pose.
                 Err(TrialStop::Ended { end: WalkEnd::StreamDry, .. }) => return Ok(()),
                 outcome => outcome?,
+            };
+            // A robot that still goes to the first pose depends on its host.
+            if last_asked.elapsed() > HEARTBEAT_EVERY {
+                last_asked = Instant::now();
+                self.link.status().map_err(broken)?;
             }
-            self.link.status().map_err(broken)?;
         }
         Ok(())
     }
@@ -141,13 +148,15 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
             return;
         }
         let deadline = Instant::now() + LAST_WORDS;
-        while let Ok(Some(heard)) = self.link.next_unasked(deadline) {
+        // The first sample after the end does not count the last frame yet.
+        let mut rests = 0;
+        while rests < 2
+            && let Ok(Some(heard)) = self.link.next_unasked(deadline)
+        {
             let is_over = matches!(&heard.message, Message::Telemetry(telemetry)
                 if !matches!(telemetry.state, State::Entering | State::Walking));
+            rests += u32::from(is_over);
             self.keep(&heard);
-            if is_over {
-                break;
-            }
         }
         let _ = self.link.order(Command::StreamTelemetry { every_frames: 0 });
     }
@@ -166,17 +175,21 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
 
     /// Hears what there is until the deadline; an end is an error here.
     fn listen(&mut self, deadline: Instant) -> Result<(), TrialStop> {
-        loop {
-            if self.stop.load(Ordering::Relaxed) {
-                return Err(TrialStop::Interrupted);
-            }
-            let Some(heard) = self.link.next_unasked(deadline).map_err(broken)? else { return Ok(()) };
-            self.keep(&heard);
-            match heard.message {
-                Message::Event(Event::Fault(fault)) => return Err(TrialStop::Fault { fault }),
-                Message::Event(Event::WalkEnded(end)) => return Err(self.ended(end)),
-                _ => {}
-            }
+        while self.hear(deadline)? {}
+        Ok(())
+    }
+
+    /// Hears one message; whether there was one before the deadline.
+    fn hear(&mut self, deadline: Instant) -> Result<bool, TrialStop> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(TrialStop::Interrupted);
+        }
+        let Some(heard) = self.link.next_unasked(deadline).map_err(broken)? else { return Ok(false) };
+        self.keep(&heard);
+        match heard.message {
+            Message::Event(Event::Fault(fault)) => Err(TrialStop::Fault { fault }),
+            Message::Event(Event::WalkEnded(end)) => Err(self.ended(end)),
+            _ => Ok(true),
         }
     }
 

@@ -260,12 +260,14 @@ fn stop_now<P: Read + Write>(link: &mut Link<P>, samples: &mut Vec<Sample>) {
         return;
     }
     let deadline = Instant::now() + LAST_WORDS;
-    while let Ok(Some(heard)) = link.next_unasked(deadline) {
+    // The first sample after the end does not count the last frame yet.
+    let mut rests = 0;
+    while rests < 2
+        && let Ok(Some(heard)) = link.next_unasked(deadline)
+    {
         if let Message::Telemetry(telemetry) = heard.message {
             samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
-            if !matches!(telemetry.state, State::Entering | State::Walking) {
-                return;
-            }
+            rests += u32::from(!matches!(telemetry.state, State::Entering | State::Walking));
         }
     }
 }

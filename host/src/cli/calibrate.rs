@@ -17,7 +17,7 @@ use crate::calibration::{BadCalibration, CalibrationFileError, RobotCalibration}
 use protocol::Joint;
 use std::path::PathBuf;
 
-/// Find out how the robot is built, and let it know.
+/// Find out how the robot is built: outputs, neutrals, directions, limits.
 ///
 /// Moves one servo at a time, by the arrow keys, with the robot held up: which
 /// output it is on, where the joint's neutral is, which way it turns, how far

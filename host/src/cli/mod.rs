@@ -45,7 +45,8 @@ Exit codes:
     5  the robot refused or stopped by itself
   130  interrupted; what was reached is saved";
 
-/// In the order in which a gait comes to be.
+/// In the order in which a gait comes to be. Where a variant says nothing, its
+/// `Args` do, in full: words here would hide all of theirs but the flags'.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Learn to walk: TD3 in the simulated Ant
@@ -54,25 +55,15 @@ enum Command {
     /// Average the policy's joint trajectories over 20 trials
     #[cfg(feature = "train")]
     Record(record::Args),
-    /// Fit a degree-10 polynomial per joint and write the gait
     Fit(fit::Args),
-    /// Find out how the robot is built: outputs, neutrals, directions, limits
     Calibrate(calibrate::Args),
-    /// Send a gait to the robot, verify and store it
     UploadGait(upload_gait::Args),
-    /// Walk a trial and compute cost of transport and speed
     Measure(measure::Args),
-    /// Let the robot walk, attached or by itself
     Walk(walk::Args),
-    /// Play a trajectory or a policy from this computer
     Play(play::Args),
-    /// Tell what the robot is doing, and leave a fault
     Status(status::Args),
-    /// Change a detached walk: amplitude, speed, pause
     Set(set::Args),
-    /// Stop the robot
     Stop(stop::Args),
-    /// List, select and erase the gaits that the robot stores
     Gaits(gaits::Args),
     /// All of it, against the virtual robot
     #[cfg(feature = "train")]

@@ -11,7 +11,9 @@ use thiserror::Error;
 /// From the order to a stand, at bounded joint speed, takes a second or two.
 const PATIENCE: Duration = Duration::from_secs(6);
 
-/// Stop the robot: it stands where it is for a second, then its servos go limp.
+/// Stop the robot.
+///
+/// It stands where it is for a second, then its servos go limp.
 ///
 /// The first thing on the wire is a single byte that the robot obeys even in the
 /// middle of a damaged frame. If a host still holds the port, stop it there with

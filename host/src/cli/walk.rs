@@ -23,7 +23,7 @@ use thiserror::Error;
 /// Shortest and longest walk that can be asked for.
 const FOR_RANGE_S: (f64, f64) = (0.1, 86_400.0);
 
-/// Let the robot walk, and say what it cost.
+/// Let the robot walk, attached or by itself, and say what it cost.
 ///
 /// Attached, as is the default, the robot depends on this program: Ctrl-C stops
 /// it, and so does a cable that comes off, within a second. Meanwhile type
