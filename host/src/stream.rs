@@ -18,9 +18,14 @@ use std::time::{Duration, Instant, UNIX_EPOCH};
 /// Eight angles from neutral, in degrees, in [`protocol::Joint::ALL`] order.
 pub type PoseDeg = [f64; JOINT_COUNT];
 
-/// Poses in one command: an adapter that holds every answer back for 16 ms, as
-/// FTDI's do, still takes 120 a second.
-const POSES_A_COMMAND: usize = 2;
+/// One pose a command keeps the buffer fullest; from this round trip on two are
+/// sent, for an adapter that holds every answer back for 16 ms, as FTDI's do,
+/// takes 60 commands a second at best.
+const SLOW_ROUND_TRIP: Duration = Duration::from_millis(9);
+/// Share of a new round trip in the mean.
+const NEWEST: f64 = 0.25;
+/// Between two tries of what found the buffer full.
+const RETRY_EVERY: Duration = Duration::from_millis(4);
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / FRAME_RATE_HZ as u64);
 /// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
 const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
@@ -46,9 +51,8 @@ pub fn stream<P: Read + Write>(
     while link.next_unasked(Instant::now())?.is_some() {}
     let capacity = usize::from(link.hello().map_or(STREAM_CAPACITY, |hello| hello.limits.stream_capacity));
     link.order(Command::Stream)?;
-    let batch = POSES_A_COMMAND.min(capacity).max(1);
     let mut stream = Streaming { link, stop, watcher, samples: Vec::new(), capacity, sent: 0, asked: None };
-    let outcome = stream.begin().and_then(|()| stream.send_all(poses, batch)).and_then(|()| stream.drain());
+    let outcome = stream.begin().and_then(|()| stream.send_all(poses)).and_then(|()| stream.drain());
     stream.end(outcome.is_err());
     Ok(Trial { samples: stream.samples, stop: outcome.err() })
 }
@@ -73,31 +77,37 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
         self.link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)
     }
 
-    fn send_all(&mut self, poses: impl Iterator<Item = PoseDeg>, batch: usize) -> Result<(), TrialStop> {
+    fn send_all(&mut self, poses: impl Iterator<Item = PoseDeg>) -> Result<(), TrialStop> {
         let mut poses = poses.fuse();
         let mut taken_at = Instant::now();
-        let mut pending: Vec<PoseDeg> = Vec::with_capacity(batch);
+        let mut round_trip_s = 0.0;
+        let mut pending: Vec<PoseDeg> = Vec::new();
         loop {
-            pending.extend(poses.by_ref().take(batch - pending.len()));
+            let is_slow = round_trip_s > SLOW_ROUND_TRIP.as_secs_f64();
+            let batch = if is_slow { 2.min(self.capacity) } else { 1 };
+            pending.extend(poses.by_ref().take(batch.saturating_sub(pending.len())));
             if pending.is_empty() {
                 self.asked = Some(self.sent);
                 return Ok(());
             }
+            let sent_at = Instant::now();
             match self.link.request(Command::Setpoints { data: chunk(&pending) }) {
                 Ok(Reply::Buffered(waiting)) => {
                     self.sent += pending.len() as u32;
                     pending.clear();
-                    taken_at = Instant::now();
-                    // One frame more than there is room for would be refused.
+                    taken_at = sent_at;
+                    round_trip_s += NEWEST * (sent_at.elapsed().as_secs_f64() - round_trip_s);
+                    // One pose more than there is room for would be refused. The answer may be
+                    // late, what it tells was true soon after the question.
                     let ahead = (usize::from(waiting) + batch).saturating_sub(self.capacity);
-                    self.listen(taken_at + FRAME * ahead as u32)?;
+                    self.listen(sent_at + FRAME * ahead as u32)?;
                 }
                 Ok(_) => return Err(broken(LinkError::WrongReply { command: "take setpoints" })),
                 Err(LinkError::Refused { refusal: Refusal::StreamFull, .. }) => {
                     if taken_at.elapsed() > ENTRY_TIMEOUT {
                         return Err(TrialStop::Entry);
                     }
-                    self.listen(Instant::now() + FRAME)?;
+                    self.listen(Instant::now() + RETRY_EVERY)?;
                 }
                 Err(LinkError::Refused { refusal: Refusal::NoStream, command }) => {
                     // The event that says why may be on its way.

@@ -1,4 +1,4 @@
-//! Setpoints to a robot that buffers four of them, and fails on request; in real
+//! Setpoints to a robot that buffers a few of them, and fails on request; in real
 //! time, for pace is what this is about.
 
 mod fake_robot;
@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Patience = Patience {
     settle: Duration::from_millis(2),
-    hello_every: Duration::from_millis(5),
-    hello_for: Duration::from_millis(60),
-    reply: Duration::from_millis(20),
+    hello_every: Duration::from_millis(40),
+    hello_for: Duration::from_millis(200),
+    reply: Duration::from_millis(40),
     attempts: 6,
     busy_for: Duration::from_millis(100),
     busy_every: Duration::from_millis(1),
@@ -31,11 +31,22 @@ struct Paced<'a> {
     age: Duration,
     frames: u128,
     said: VecDeque<u8>,
+    /// An adapter that hands on what it has got only so often.
+    hands_on_every: Duration,
+    handed_on: Duration,
 }
 
 impl<'a> Paced<'a> {
     fn new(robot: &'a mut FakeRobot) -> Self {
-        Self { robot, looked: Instant::now(), age: Duration::ZERO, frames: 0, said: VecDeque::new() }
+        Self {
+            robot,
+            looked: Instant::now(),
+            age: Duration::ZERO,
+            frames: 0,
+            said: VecDeque::new(),
+            hands_on_every: Duration::ZERO,
+            handed_on: Duration::ZERO,
+        }
     }
 
     fn keep_up(&mut self) {
@@ -51,7 +62,10 @@ impl<'a> Paced<'a> {
 impl Read for Paced<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
         self.keep_up();
-        self.said.extend(self.robot.take_said());
+        if self.age >= self.handed_on + self.hands_on_every {
+            self.handed_on = self.age;
+            self.said.extend(self.robot.take_said());
+        }
         if self.said.is_empty() {
             std::thread::sleep(Duration::from_millis(1));
             return Err(ErrorKind::TimedOut.into());
@@ -110,23 +124,36 @@ fn every_setpoint_is_played_once_and_in_order_and_the_robot_is_stopped_after() {
     assert_eq!(last, Some(&Command::Stop));
 }
 
-/// Two poses a command leave a slow adapter time; no more than the buffer holds are sent.
+fn sizes(robot: &FakeRobot) -> Vec<usize> {
+    let size = |command: &Command| match command {
+        Command::Setpoints { data } => Some(data.as_slice().len() / 16),
+        _ => None,
+    };
+    robot.done.iter().filter_map(size).collect()
+}
+
 #[test]
-fn setpoints_travel_in_pairs() {
+fn setpoints_travel_one_by_one_over_a_fast_adapter() {
     let mut robot = FakeRobot::new(Troubles::default());
 
-    play(&mut robot, numbered(61));
+    play(&mut robot, numbered(60));
 
-    let sizes: Vec<usize> = robot
-        .done
-        .iter()
-        .filter_map(|command| match command {
-            Command::Setpoints { data } => Some(data.as_slice().len() / 16),
-            _ => None,
-        })
-        .collect();
-    assert!(sizes.iter().all(|&size| size == 1 || size == 2), "{sizes:?}");
-    assert_eq!(sizes.last(), Some(&1));
+    assert!(sizes(&robot).iter().all(|&size| size == 1), "{:?}", sizes(&robot));
+}
+
+/// FTDI's latency timer: what the robot says waits for up to 16 ms.
+#[test]
+fn setpoints_travel_in_pairs_over_a_slow_adapter_and_none_is_late() {
+    let mut robot = FakeRobot::new(Troubles::default());
+    let adapter = Paced { hands_on_every: Duration::from_millis(16), ..Paced::new(&mut robot) };
+    let mut link = Link::connect(adapter, "the robot", PATIENCE).unwrap();
+
+    let trial = stream(&mut link, numbered(120), &AtomicBool::new(false), |_: State, _: u32| {}).unwrap();
+
+    drop(link);
+    assert!(trial.stop.is_none(), "{:?}", trial.stop);
+    assert_played_in_order(&robot.played);
+    assert!(sizes(&robot).contains(&2), "{:?}", sizes(&robot));
 }
 
 #[test]

@@ -30,7 +30,7 @@ use thiserror::Error;
 /// one is told.
 ///
 /// The robot goes slowly to the first pose. It stops when a setpoint is late: its
-/// buffer holds four, 67 ms.
+/// buffer holds three, 50 ms.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -8,7 +8,7 @@ use crate::gait_file::limits::LeavesLimits;
 use crate::link::ports::{self, SerialLink};
 use crate::link::{LinkError, words};
 use crate::trial::TrialStop;
-use protocol::WalkEnd;
+use protocol::{FRAME_RATE_HZ, STREAM_CAPACITY, WalkEnd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
@@ -53,9 +53,11 @@ pub fn stopped(stop: TrialStop, then: &str) -> Failure {
         TrialStop::Fault { fault } => format!("{}, {}", words::fault_help(*fault), words::CLEAR_FAULT),
         TrialStop::Early { .. } | TrialStop::Stuck { .. } => "see how it is: host status".to_owned(),
         TrialStop::Ended { end: WalkEnd::StreamDry, .. } => {
-            "this computer or its adapter was late by 67 ms or more: end what else it is busy with; on Linux, \
-             `setserial PORT low_latency` keeps an FTDI adapter from waiting 16 ms with every answer"
-                .to_owned()
+            format!(
+                "this computer or its adapter was late by {} ms or more: end what else it is busy with; on \
+                 Linux, `setserial PORT low_latency` keeps an FTDI adapter from waiting 16 ms with every answer",
+                1000 * u32::from(STREAM_CAPACITY) / FRAME_RATE_HZ
+            )
         }
         TrialStop::Ended { .. } => "somebody stopped it".to_owned(),
         TrialStop::LinkLost => "check cable and port; was this computer asleep or overloaded?".to_owned(),

@@ -17,8 +17,9 @@ use std::time::Duration;
 
 /// The firmware's baud rate, 8N1.
 pub const BAUD_RATE: u32 = 115_200;
-/// A read returns at the latest after this time; a session asks again.
-const READ_TIMEOUT: Duration = Duration::from_millis(20);
+/// A read returns at the latest after this time, a third of a frame, so that a
+/// stream of setpoints keeps its pace; a session asks again.
+const READ_TIMEOUT: Duration = Duration::from_millis(5);
 
 /// USB vendor and product of the chips on Nanos; `None` is every product.
 const NANO_USB_IDS: [(u16, Option<u16>, &str); 4] = [
