@@ -22,7 +22,7 @@ pub struct TrialRecord {
     pub missed_samples: u16,
     /// The gait's identity; 0 for streamed setpoints.
     pub gait_crc32: u32,
-    /// How far it was scaled at the end.
+    /// How far it was scaled at the end; of no meaning for streamed setpoints.
     pub amplitude: Amplitude,
     /// Why it ended.
     pub end: WalkEnd,

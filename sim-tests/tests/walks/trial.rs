@@ -106,8 +106,7 @@ fn every_end_of_a_walk_is_kept_with_its_reason() {
 
 #[test]
 fn a_stream_is_kept_without_a_gaits_identity() {
-    let mut robot = SimRobot::new();
-    robot.run_frames(2);
+    let mut robot = ready();
     robot.expect_done(Command::Stream);
     robot.ask(setpoints(&[[0.0; 8]; 3]));
     robot.run_frames(20);
