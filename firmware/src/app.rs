@@ -312,6 +312,9 @@ impl App {
             self.calibration_source = CalibrationSource::Stored;
         } else {
             self.calibration.set_authors();
+            if self.store.has_calibration(board.memory()) {
+                self.calibration_source = CalibrationSource::Damaged;
+            }
         }
     }
 

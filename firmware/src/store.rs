@@ -207,6 +207,11 @@ impl Store {
             .any(|at| read_place(memory, at, record).is_some() && calibration.replace(record).is_ok())
     }
 
+    /// Whether a calibration was stored, sound or not.
+    pub fn has_calibration(&self, memory: &mut impl PersistentMemory) -> bool {
+        CALIBRATION_PLACES.into_iter().any(|at| memory.read(at) == WHOLE)
+    }
+
     /// Reads the last trial into `record`; says whether there is one.
     ///
     /// # Errors

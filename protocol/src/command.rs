@@ -289,6 +289,9 @@ pub enum CalibrationSource {
     Stored,
     /// It is in use, but the EEPROM did not take it.
     NotSaved,
+    /// One is stored, but its bytes are not what was written: the robot is not
+    /// built as the one in use says, and does not walk by it.
+    Damaged,
 }
 
 /// The gait that [`Command::Walk`] would play.
@@ -367,4 +370,6 @@ pub enum Refusal {
     NoStream,
     /// A speed, an output or a pulse is out of its range.
     Range,
+    /// The stored calibration is damaged: send it again.
+    CalibrationDamaged,
 }

@@ -261,6 +261,8 @@ proptest! {
         let mut robot = robot.reset(ResetCause::External);
 
         prop_assert!(robot.status().gait.is_none());
-        prop_assert_eq!(robot.status().calibration, CalibrationSource::Default);
+        let is_marked = CALIBRATION_PLACES.into_iter().any(|at| robot.board.memory_mut()[usize::from(at)] == 0xA5);
+        let source = if is_marked { CalibrationSource::Damaged } else { CalibrationSource::Default };
+        prop_assert_eq!(robot.status().calibration, source);
     }
 }

@@ -3,6 +3,7 @@
 //! Owns the rules, none of the motion, which is [`crate::player`]'s. Whatever
 //! ends a walk leaves a reason: told at once, and kept with the trial.
 
+use protocol::command::CalibrationSource;
 use protocol::gait::Product;
 use protocol::trial::TRIAL_LEN;
 use protocol::{Amplitude, Event, FRAME_RATE_HZ, LINK_TIMEOUT_FRAMES, Refusal, TrialRecord, WalkEnd};
@@ -75,6 +76,9 @@ impl App {
 
     /// Looks at supply and chips, and makes room for a new trial.
     fn prepare(&mut self, board: &mut impl Board) -> Result<(), Refusal> {
+        if self.calibration_source == CalibrationSource::Damaged {
+            return Err(Refusal::CalibrationDamaged);
+        }
         self.require_supply()?;
         self.configure_chips(board).map_err(Refusal::ChipMissing)?;
         // What is still on its way to the servos belongs to the walk before.

@@ -59,6 +59,8 @@ pub fn send<P: Read + Write>(link: &mut Link<P>, record: &Calibration) -> Result
     link.read(Record::LastTrial)?;
     match link.status()?.calibration {
         CalibrationSource::Stored => Ok(()),
-        CalibrationSource::NotSaved | CalibrationSource::Default => Err(TransferError::NotSaved),
+        CalibrationSource::NotSaved | CalibrationSource::Default | CalibrationSource::Damaged => {
+            Err(TransferError::NotSaved)
+        }
     }
 }

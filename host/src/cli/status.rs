@@ -159,6 +159,7 @@ const fn calibration_code(source: CalibrationSource) -> &'static str {
         CalibrationSource::Default => "default",
         CalibrationSource::Stored => "stored",
         CalibrationSource::NotSaved => "not-saved",
+        CalibrationSource::Damaged => "damaged",
     }
 }
 

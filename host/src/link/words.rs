@@ -50,13 +50,18 @@ pub fn refusal(refusal: Refusal) -> String {
         Refusal::SupplyTooLow { bus_mv } => {
             format!("its supply has {:.2} V at rest, too little to walk", f64::from(bus_mv) / 1e3)
         }
-        Refusal::StorageFull => "its places for gaits are all taken by gaits of other names".into(),
+        Refusal::StorageFull => {
+            "its places for gaits are all taken, and a new one needs a free one, even to replace \
+                                 a gait of its name"
+                .into()
+        }
         Refusal::NoSuchGait => "there is no gait in that place".into(),
         Refusal::BadCalibration(error) => format!("the calibration: {}", calibration_error(error)),
         Refusal::ServosOn => "its servos are on".into(),
         Refusal::StreamFull => "its buffer of setpoints is full".into(),
         Refusal::NoStream => "it is not following setpoints (any more)".into(),
         Refusal::Range => "a speed, an output or a pulse is outside its range".into(),
+        Refusal::CalibrationDamaged => "its stored calibration is damaged".into(),
     }
 }
 
@@ -80,6 +85,9 @@ pub fn refusal_help(refusal: Refusal) -> Option<String> {
             "see which there are with `host gaits`, and make room: host gaits --erase NAME"
         }
         Refusal::NoSuchGait => "see which there are: host gaits",
+        Refusal::CalibrationDamaged => {
+            "send it again: host calibrate --write FILE, or run the wizard: host calibrate"
+        }
         Refusal::NoStream => "see how it is with `host status`, and start again",
         Refusal::BadCalibration(_) => {
             "correct the value in the file, or run the wizard again: host calibrate"
@@ -233,6 +241,7 @@ pub const fn calibration_source(source: CalibrationSource) -> &'static str {
     match source {
         CalibrationSource::Default => "default, the authors' robot: none is stored",
         CalibrationSource::Stored => "stored",
+        CalibrationSource::Damaged => "damaged in the EEPROM; send it again: host calibrate --write FILE",
         CalibrationSource::NotSaved => "in use until the next reset: the EEPROM did not take it",
     }
 }

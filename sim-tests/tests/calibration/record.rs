@@ -64,9 +64,17 @@ fn a_rotten_copy_gives_way_to_the_other_and_without_one_to_the_authors() {
             found,
             expected.map_or(Calibration::authors(), |s| with_board(|board| board.autostart_s = s))
         );
-        let source = if expected.is_some() { CalibrationSource::Stored } else { CalibrationSource::Default };
+        let source = if expected.is_some() { CalibrationSource::Stored } else { CalibrationSource::Damaged };
         assert_eq!(robot.status().calibration, source);
     }
+
+    // It does not walk as another robot would, until it is told again how it is built.
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
+    let damaged = Reply::Refused(Refusal::CalibrationDamaged);
+    assert_eq!(robot.ask(WALK), damaged);
+    assert_eq!(robot.ask(Command::Stream), damaged);
+    robot.calibrate(&Calibration::authors());
+    robot.expect_done(WALK);
 }
 
 #[test]

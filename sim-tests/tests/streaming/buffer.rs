@@ -115,7 +115,7 @@ fn setpoints_outside_a_stream_or_of_no_whole_pose_are_refused() {
 #[test]
 fn a_second_stream_starts_with_an_empty_buffer() {
     let mut robot = streaming();
-    robot.ask(setpoints(&[[60.0; JOINT_COUNT]; 4]));
+    robot.ask(setpoints(&[[60.0; JOINT_COUNT]; 3]));
     robot.expect_done(Command::Stop);
     robot.run_until(State::Idle);
     robot.expect_done(Command::Stream);
