@@ -146,7 +146,11 @@ impl Pty {
             if told || self.is_open {
                 let bytes = self.read(room)?;
                 let kept = self.keeps_dtr;
-                self.note_hang_up();
+                // A session that was seen was noted then: by now the next host may
+                // have set the port up.
+                if !self.is_open {
+                    self.note_hang_up();
+                }
                 // A closed serial port forgets what nobody read.
                 self.is_open = self.flush()?;
                 let opened = told || self.is_open;

@@ -236,20 +236,33 @@ fn trot_file(folder: &Path) -> PathBuf {
     path
 }
 
+/// Opens and closes the port as a program does that leaves DTR to the system.
+fn lower_dtr(port: &str) {
+    use nix::sys::termios::{ControlFlags, SetArg, tcgetattr, tcsetattr};
+    let port = std::fs::OpenOptions::new().read(true).write(true).open(port).unwrap();
+    let mut settings = tcgetattr(&port).unwrap();
+    settings.control_flags.insert(ControlFlags::HUPCL);
+    tcsetattr(&port, SetArg::TCSANOW, &settings).unwrap();
+    // Long enough for the robot to see it.
+    std::thread::sleep(std::time::Duration::from_millis(100));
+}
+
 #[test]
-fn every_opening_resets_the_robot_so_a_gait_in_ram_is_gone_unless_resets_are_off() {
-    for (arguments, expected) in [(&[][..], ROBOT_REFUSED), (&["--no-reset-on-open"][..], 0)] {
+fn a_gait_in_ram_is_there_for_the_next_command_and_gone_after_a_reset_by_dtr() {
+    for (arguments, after_reset) in [(&[][..], ROBOT_REFUSED), (&["--no-reset-on-open"][..], 0)] {
         let folder = tempfile::tempdir().unwrap();
         let gait = trot_file(folder.path());
         let robot = RobotProcess::start(folder.path(), arguments);
         let upload =
             ["upload-gait", "--gait", gait.to_str().unwrap(), "--amp", "1", "--ram", "--port", robot.port()];
         host(folder.path(), &upload);
-
         let measure = ["measure", "--port", robot.port(), "--duration", "1", "--distance", "0.1"];
-        let (code, out, err) = host_outcome(folder.path(), &measure);
 
-        assert_eq!(code, expected, "{arguments:?}\n{out}\n{err}");
+        let (at_once, out, err) = host_outcome(folder.path(), &measure);
+        lower_dtr(robot.port());
+        let (then, _, _) = host_outcome(folder.path(), &measure);
+
+        assert_eq!((at_once, then), (0, after_reset), "{arguments:?}\n{out}\n{err}");
     }
 }
 
