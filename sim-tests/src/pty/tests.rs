@@ -51,6 +51,7 @@ fn dtr_rises_unless_the_host_before_left_it_alone() {
     let mut settings = tcgetattr(&port).unwrap();
     settings.control_flags.remove(ControlFlags::HUPCL);
     tcsetattr(&port, SetArg::TCSANOW, &settings).unwrap();
+    pty.look(64).unwrap();
     drop(port);
     pty.look(64).unwrap();
 
