@@ -77,6 +77,8 @@ pub struct App {
     store: Store,
     upload: Upload,
     link: Link,
+    /// Whether the stop byte came, and requests from before it may still wait.
+    stopped: bool,
     /// Whether the last command was setpoints, whose answer tells the buffer.
     streamed: bool,
     /// Frames since the last command.
@@ -139,6 +141,7 @@ impl App {
             store: Store::new(),
             upload: Upload::new(),
             link: Link::new(),
+            stopped: false,
             streamed: false,
             silent_frames: 0,
             detached: false,
@@ -198,14 +201,18 @@ impl App {
         if frames > 0 {
             self.start_frame(board, frames);
         }
-        if board.serial().take_stop() {
-            self.halt(WalkEnd::StopByte);
-        }
+        self.stopped |= board.serial().take_stop();
         self.use_bus(board);
         // Looked at here, not in there: most turns have nothing to do, and a flood
         // pays for the turns beside its own.
-        if board.serial().is_worth_reading() {
+        let has_bytes = board.serial().is_worth_reading();
+        if has_bytes {
             self.listen(board);
+        }
+        if self.stopped {
+            self.halt(WalkEnd::StopByte);
+            // The byte overtakes what waits in the ring: a walk there is halted too.
+            self.stopped = has_bytes;
         }
         self.save(board);
         if !self.events.is_empty() {

@@ -178,3 +178,21 @@ fn a_walk_behind_it_is_obeyed() {
     robot.run_until(State::Walking);
     assert_eq!(robot.walk_ends(), [WalkEnd::StopByte]);
 }
+
+/// Whoever stops has the last word, over what the robot has not read yet too.
+#[test]
+fn a_walk_before_it_is_stopped_although_the_byte_is_seen_first() {
+    let mut robot = ready();
+    robot.run_frames(2);
+    let mut bytes = robot.framed(Command::Status);
+    bytes.extend(robot.framed(Command::Status));
+    bytes.extend(robot.framed(WALK));
+    bytes.push(STOP_BYTE);
+
+    robot.send(&bytes);
+    robot.run_frames(30);
+
+    assert_eq!(robot.walk_ends(), [WalkEnd::StopByte], "it was obeyed, and ended");
+    assert_eq!(robot.state(), State::Idle);
+    assert!(robot.take_pulses().iter().all(servos_off));
+}
