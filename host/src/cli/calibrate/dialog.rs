@@ -168,6 +168,8 @@ impl Dialog {
             KeyCode::Up => Key::Step(10),
             KeyCode::Down => Key::Step(-10),
             KeyCode::Enter => Key::Enter,
+            // An Enter that was pressed before the terminal was raw.
+            KeyCode::Char('j') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Enter,
             KeyCode::Esc | KeyCode::Char('q') => return Err(Gone::Quit),
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Err(Gone::Quit),
             KeyCode::Char(letter) => key_of_letter(letter),
