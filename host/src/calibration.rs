@@ -102,6 +102,24 @@ pub enum BadCalibration {
 }
 
 impl Board {
+    /// Why the robot's energy may be a quarter off, if it may: its sensor is read
+    /// at fixed moments of a frame, and servos that pulse in step with the frames
+    /// show it the same moments of their current for ever.
+    #[must_use]
+    pub fn in_step(&self) -> Option<String> {
+        const FRAME_HZ: f64 = protocol::FRAME_RATE_HZ as f64;
+        let rate_hz = rate_hz(self.oscillator_mhz, self.prescale().clamp(0.0, 255.0) as u8);
+        let strides = (rate_hz / FRAME_HZ).round().max(1.0);
+        // The Nano's own resonator may be off as much.
+        ((rate_hz - strides * FRAME_HZ).abs() < 0.1).then(|| {
+            format!(
+                "the PWM runs at {rate_hz:.2} Hz, in step with the robot's {FRAME_HZ} frames a second: the \
+                 energy it reports may be a quarter off; set pwm_hz to {:.0}, which servos take as well",
+                strides * FRAME_HZ - 2.0
+            )
+        })
+    }
+
     /// The prescaler whose rate is nearest to the asked one.
     fn prescale(&self) -> f64 {
         (self.oscillator_mhz * 1e6 / COUNTS_A_PERIOD / self.pwm_hz).round() - 1.0
@@ -116,7 +134,8 @@ impl Board {
         // Half a prescaler step beyond the ends rounds to them.
         let (slowest, fastest) = (rate(MAX_PRESCALE) - 0.1, rate(MIN_PRESCALE) + 0.1);
         within("pwm_hz", self.pwm_hz, round_up(slowest, 1), round_down(fastest, 1), "Hz")?;
-        let (low, high) = (NOMINAL_SHUNT_OHM / 2.0, NOMINAL_SHUNT_OHM * 2.0);
+        // The robot's gain for it is 0.5 to 1.5.
+        let (low, high) = (round_up(NOMINAL_SHUNT_OHM / 1.5, 3), NOMINAL_SHUNT_OHM * 2.0);
         within("shunt_ohm", self.shunt_ohm, low, high, "ohm")?;
         within("start_v", self.start_v, 0.0, 16.0, "V")?;
         within("undervoltage_v", self.undervoltage_v, 0.0, self.start_v, "V (start_v)")?;

@@ -103,7 +103,7 @@ fn every_bad_value_is_refused_by_name_with_its_limits() {
     );
     assert_eq!(
         refused(|c| c.board.shunt_ohm = 0.01),
-        "board: shunt_ohm is 0.01; it must be within 0.05 to 0.2 ohm"
+        "board: shunt_ohm is 0.01; it must be within 0.067 to 0.2 ohm"
     );
     assert_eq!(
         refused(|c| c.board.undervoltage_v = 5.0),
@@ -152,7 +152,7 @@ prop_compose! {
         reversed in any::<u8>(),
         prescale in 90..=110_u8,
         oscillator_khz in 23_000..=27_000_u16,
-        shunt_gain_q14 in UNITY_GAIN_Q14 / 2..=UNITY_GAIN_Q14 * 2,
+        shunt_gain_q14 in UNITY_GAIN_Q14 / 2..=24_000_u16,
         start_mv in 3_000..=16_000_u16,
         overcurrent_ma in 1..=3_150_u16,
         autostart_s in any::<u8>(),
@@ -185,4 +185,22 @@ proptest! {
         std::fs::write(&path, text).unwrap();
         prop_assert_eq!(RobotCalibration::load_checked(&path).unwrap().1, record);
     }
+}
+
+#[test]
+fn a_pwm_in_step_with_the_frames_is_warned_of_and_the_way_out_is_none() {
+    let mut board = RobotCalibration::from_record(&Calibration::authors()).board;
+    assert_eq!(board.in_step(), None, "59.84 Hz");
+
+    // 25.067 MHz / 4096 / 102 = 60.0 Hz.
+    board.oscillator_mhz = 25.067;
+    board.pwm_hz = 60.0;
+    let warning = board.in_step().unwrap();
+    board.pwm_hz = 58.0;
+    let after = board.in_step();
+    board.pwm_hz = 180.0;
+
+    assert!(warning.contains("60.00 Hz") && warning.contains("pwm_hz to 58"), "{warning}");
+    assert_eq!(after, None);
+    assert_eq!(board.in_step().is_some(), (25.067e6_f64 / 4096.0 / 34.0 - 180.0).abs() < 0.1);
 }

@@ -57,7 +57,10 @@ fn angle(text: &str) -> Result<f64, String> {
 pub fn run(args: Args) -> Result<(), Failure> {
     if let Some(path) = &args.write {
         // A file that cannot be used is refused before a port is opened.
-        let (_, record) = RobotCalibration::load_checked(path).map_err(unusable)?;
+        let (calibration, record) = RobotCalibration::load_checked(path).map_err(unusable)?;
+        if let Some(warning) = calibration.board.in_step() {
+            eprintln!("warning: {warning}");
+        }
         let mut link = args.port.connect()?;
         transfer::send(&mut link, &record).map_err(not_sent)?;
         println!("the robot on {} has the calibration in {}, and saved it", link.name(), path.display());

@@ -39,7 +39,11 @@ pub fn ask(
         board.pwm_hz,
         (40.0, 339.0),
     )?;
-    board.shunt_ohm = dialog.number("Shunt of the INA219, in ohm", board.shunt_ohm, (0.05, 0.2))?;
+    if let Some(warning) = board.in_step() {
+        dialog.say(&format!("Careful: {warning}"));
+        board.pwm_hz = dialog.number("PWM rate to use, in Hz", board.pwm_hz - 2.0, (40.0, 339.0))?;
+    }
+    board.shunt_ohm = dialog.number("Shunt of the INA219, in ohm", board.shunt_ohm, (0.067, 0.2))?;
     board.start_v = dialog.number("Supply that a walk needs at rest, in V", board.start_v, (0.0, 16.0))?;
     board.undervoltage_v = dialog.number(
         "Supply below which it stops, in V: the cells' lowest, and 3.8 V for a Nano that runs from it",
