@@ -50,6 +50,8 @@ fn a_trajectory_is_streamed_frame_by_frame() {
     let robot = RobotProcess::start(folder.path(), &["--no-reset-on-open"]);
     recording(folder.path(), "wave.csv", FRAMES);
 
+    // Not in the robot's first moments: it is asked how it is before.
+    host_json(folder.path(), &["status", "--port", robot.port()]);
     let played = played(folder.path(), robot.port());
     let last = host_json(folder.path(), &["measure", "--last", "--port", robot.port()]);
 
