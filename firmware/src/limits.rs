@@ -21,7 +21,7 @@ pub const SERVO_DRIVER_LOST_FRAMES: u8 = 3;
 pub const SENSOR_LOST_FRAMES: u8 = 6;
 /// Samples in a row that the supply must be wrong for: 83 ms. Servos that start
 /// together draw their stall current for a few frames; each sample is a mean
-/// over half a frame already.
+/// over a whole frame already.
 pub const SUPPLY_FAULT_FRAMES: u8 = 5;
 /// Frames between two looks at the chips' configuration: 0.27 s.
 pub const CHECK_EVERY_FRAMES: u8 = 16;

@@ -41,7 +41,7 @@ pub enum State {
 /// Why the robot stopped by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
-    /// The PCA9685 does not answer, or the bus is stuck.
+    /// The PCA9685 does not answer or lost its configuration, or the bus is stuck.
     // In memory, not on the wire: no fault is then the 0 of a robot that starts.
     ServoDriverLost = 1,
     /// The INA219 does not answer, or lost its configuration.

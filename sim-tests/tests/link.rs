@@ -1,7 +1,8 @@
 //! Frames, numbers and repeats on a line that loses and garbles.
 
 use proptest::prelude::*;
-use protocol::{Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd};
+use protocol::frame::{self, MAX_FRAME_LEN, Request};
+use protocol::{Chunk, Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -222,4 +223,42 @@ proptest! {
         prop_assert_eq!(name.as_str(), "trot");
         prop_assert!(robot.board.longest_unfed_s() < 0.1);
     }
+}
+
+/// Intact frames of another language are no host either.
+#[test]
+fn a_flood_of_unknown_commands_is_no_sign_of_life() {
+    let mut robot = walking_attached();
+    let body = [7, 0xEE];
+    let [low, high] = protocol::crc::crc16(&body).to_le_bytes();
+    assert!(low != 0 && high != 0, "no byte for COBS to replace");
+    robot.status();
+
+    for _ in 0..LINK_LOST_FRAMES {
+        robot.send(&[5, body[0], body[1], low, high, 0]);
+        robot.run_frames(1);
+    }
+
+    assert_eq!(robot.state(), State::Holding);
+    assert_eq!(link_losses(&robot), 1);
+}
+
+/// Two programs one after the other may pick the same number.
+#[test]
+fn another_command_of_the_same_number_is_no_repeat() {
+    let mut robot = SimRobot::new();
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
+    let stop = robot.framed(Command::Stop);
+    let command = Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false };
+    let mut buffer = [0; MAX_FRAME_LEN];
+    let walk = frame::encode(&Request::<Chunk> { seq: stop[1], command }, &mut buffer).unwrap().to_vec();
+    robot.send(&walk);
+    assert_eq!(robot.answer(), Reply::Done);
+    robot.run_frames(20);
+
+    robot.send(&stop);
+
+    assert_eq!(robot.answer(), Reply::Done);
+    robot.run_frames(3);
+    assert_eq!(robot.walk_ends(), [WalkEnd::Asked]);
 }

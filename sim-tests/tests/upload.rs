@@ -183,20 +183,22 @@ fn saving_goes_on_while_walking_and_moves_no_pulse() {
 
 #[test]
 fn a_worn_memory_cell_is_reported_and_the_gait_saved_before_stays() {
-    let mut robot = SimRobot::new();
-    robot.upload(&fixtures::trot(), amplitude(1.0), true);
-    robot.run_frames(80);
-    // In the second slot's table, where the next save goes.
-    robot.board.worn_cell = Some(GAIT_PLACE_LEN + 100);
+    // In the second slot, where the next save goes: in its table, and its mark.
+    for worn_cell in [GAIT_PLACE_LEN + 100, GAIT_PLACE_LEN] {
+        let mut robot = SimRobot::new();
+        robot.upload(&fixtures::trot(), amplitude(1.0), true);
+        robot.run_frames(80);
+        robot.board.worn_cell = Some(worn_cell);
 
-    robot.upload(&fixtures::medley(), amplitude(2.0), true);
-    robot.run_frames(80);
-    let status = robot.status();
-    let mut robot = robot.power_cycle();
+        robot.upload(&fixtures::medley(), amplitude(2.0), true);
+        robot.run_frames(80);
+        let status = robot.status();
+        let mut robot = robot.power_cycle();
 
-    assert_eq!(status.storage, Storage::Failed);
-    assert_eq!(status.gait.unwrap().name.as_str(), "medley", "in RAM it is active all the same");
-    assert_eq!(robot.status().gait.unwrap().name.as_str(), "trot");
+        assert_eq!(status.storage, Storage::Failed);
+        assert_eq!(status.gait.unwrap().name.as_str(), "medley", "in RAM it is active all the same");
+        assert_eq!(robot.status().gait.unwrap().name.as_str(), "trot");
+    }
 }
 
 #[test]

@@ -80,7 +80,7 @@ fn unusable(error: CalibrationFileError) -> Failure {
     let (cause, help) = match &error {
         CalibrationFileError::File(file) if file.action == "read" => (Cause::Input, READ_HELP),
         CalibrationFileError::File(file) => {
-            (file_cause(file), "free some space, or choose another file: --out FILE")
+            (file_cause(file), "free some space, or name another file, in a folder that is there")
         }
         CalibrationFileError::Parse { .. } | CalibrationFileError::Joints { .. } => (Cause::Input, READ_HELP),
         CalibrationFileError::Version { .. } => (Cause::Input, "run the wizard again: host calibrate"),

@@ -115,7 +115,7 @@ fn find(places: &[Place], name: &str) -> Result<u8, Failure> {
     let has_name = |(_, gait): &&Place| gait.is_some_and(|gait| gait.name.as_str() == name);
     places.iter().find(has_name).map(|(slot, _)| *slot).ok_or_else(|| {
         let help = match names.first() {
-            Some(first) => format!("name one of them as it is written: --select '{first}'"),
+            Some(first) => format!("write its name as it is stored, such as '{first}'"),
             None => "store one first: host upload-gait --amp 2.2".to_owned(),
         };
         failure_with_help(Cause::Robot, NoSuchGait { name: name.into(), stored: names.clone() }, help)

@@ -126,7 +126,7 @@ pub fn fault_code(fault: Fault) -> String {
 #[must_use]
 pub const fn fault(fault: Fault) -> &'static str {
     match fault {
-        Fault::ServoDriverLost => "the servo driver (PCA9685) does not answer",
+        Fault::ServoDriverLost => "the servo driver (PCA9685) does not answer, or lost its configuration",
         Fault::SensorLost => "the power sensor (INA219) does not answer, or lost its configuration",
         Fault::Watchdog => "its program hung and the watchdog reset it",
         Fault::Undervoltage => {

@@ -4,6 +4,7 @@ use crate::{WALK, has_limp_servos, walking};
 use firmware::limits;
 use host::link::words;
 use protocol::{Calibration, Command, Event, Fault, Refusal, Reply, State};
+use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -115,4 +116,22 @@ fn the_host_names_the_limits_that_the_robot_keeps() {
     assert!(words::fault(Fault::Undervoltage).contains(&volts), "{volts}");
     assert!(words::fault(Fault::Overcurrent).contains(&amperes), "{amperes}");
     assert_eq!(u64::from(limits::SUPPLY_FAULT_FRAMES), DEBOUNCE_FRAMES);
+}
+
+/// A sensor that answers every other time hides no low supply.
+#[test]
+fn missed_samples_do_not_start_the_debounce_anew() {
+    let mut robot = walking();
+    robot.board.set_supply(4.0, 1.0);
+    let from = robot.board.frames();
+
+    while robot.state() == State::Walking {
+        robot.board.chips.unplug(Chip::Ina219);
+        robot.run_frames(1);
+        robot.board.chips.replug(Chip::Ina219);
+        robot.run_frames(1);
+        assert!(robot.board.frames() < from + 60, "it walks on at 4.0 V");
+    }
+
+    assert_eq!(robot.state(), State::Fault(Fault::Undervoltage));
 }

@@ -5,7 +5,7 @@ use protocol::frame::STOP_BYTE;
 use protocol::{Chunk, Command, Fault, JOINT_COUNT, LINK_TIMEOUT_FRAMES, Refusal, Reply, State, WalkEnd};
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
-use sim_tests::sim_robot::ask::{rehearse_for, setpoints};
+use sim_tests::sim_robot::ask::{rehearse_for, setpoints, walk_for};
 use sim_tests::sim_robot::pulses::{SLOW_STEP_COUNTS, error_from, largest_step, servos_off, servos_on, step};
 use sim_tests::sim_robot::{Pulses, SimRobot};
 
@@ -179,4 +179,19 @@ fn it_needs_no_gait() {
     feed(&mut robot, 0..40);
 
     assert_eq!(robot.state(), State::Walking);
+}
+
+#[test]
+fn it_depends_on_its_host_though_the_walk_before_did_not() {
+    let mut robot = streaming();
+    robot.expect_done(Command::Stop);
+    robot.expect_done(walk_for(10));
+    robot.run_until(State::Holding);
+    robot.run_frames(3);
+    robot.expect_done(Command::Stream);
+
+    robot.run_frames(u64::from(LINK_TIMEOUT_FRAMES) + 2);
+
+    assert_ne!(robot.state(), State::Entering);
+    assert_eq!(robot.walk_ends().last(), Some(&WalkEnd::LinkLost));
 }

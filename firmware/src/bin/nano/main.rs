@@ -6,7 +6,7 @@
 //! | A5 (PC5) | SCL of both |
 //! | D0, D1 | USB serial, 115,200 baud |
 //! | D2 (PD2) | start button to ground, optional |
-//! | D4 (PD4) | `/OE` of the PCA9685, optional, with 10 k to 5 V |
+//! | D4 (PD4) | `/OE` of the PCA9685, optional, with 2.2 k to 5 V |
 //! | D13 (PB5) | the light on the board: see `firmware::app` |
 //!
 //! Owns every register and interrupt of the chip, one module each. Refuses to
