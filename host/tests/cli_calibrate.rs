@@ -132,6 +132,16 @@ fn one_servo_moves_at_a_time_and_gently() {
 }
 
 #[test]
+fn an_end_before_the_first_answer_names_no_file() {
+    let setting = Setting::new(Troubles::default());
+
+    let ended = fails(setting.host(&["calibrate"]).write_stdin("q\n"), 130);
+
+    assert!(ended.contains("ended by you; nothing was measured yet"), "{ended}");
+    assert!(!setting.folder.path().join("calibration.toml").exists());
+}
+
+#[test]
 fn what_was_measured_survives_the_end_and_the_same_command_goes_on() {
     let setting = Setting::new(Troubles::default());
     let first = "n\n\n\n+4\n\ny\n\n\n";

@@ -14,6 +14,7 @@ use crate::cli::{Cause, Failure};
 use crate::link::words;
 use protocol::calibration::BoardCalibration;
 use protocol::{Calibration, Joint, State};
+use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -21,10 +22,26 @@ use thiserror::Error;
 enum WizardError {
     #[error("the robot is {}; only a limp one is calibrated", words::state_in_full(*.state))]
     NotLimp { state: State },
-    #[error("ended by you; what was measured is in {}", .file.display())]
-    Quit { file: PathBuf },
-    #[error("standard input ended in the middle of a question; what was measured is in {}", .file.display())]
-    InputEnded { file: PathBuf },
+    #[error("ended by you; {kept}")]
+    Quit { kept: Kept },
+    #[error("standard input ended in the middle of a question; {kept}")]
+    InputEnded { kept: Kept },
+}
+
+/// What there is of the answers so far.
+#[derive(Debug)]
+struct Kept {
+    /// `None` before the first is written.
+    file: Option<PathBuf>,
+}
+
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.file {
+            Some(file) => write!(f, "what was measured is in {}", file.display()),
+            None => f.write_str("nothing was measured yet"),
+        }
+    }
 }
 
 const INTRO: &str = "\
@@ -123,13 +140,13 @@ fn stopped(why: Stopped, args: &Args) -> Failure {
 }
 
 fn ended(gone: Gone, args: &Args) -> Failure {
-    let file = args.out.clone();
+    let kept = Kept { file: args.out.is_file().then(|| args.out.clone()) };
     match gone {
         Gone::Quit => failure_with_help(
             Cause::Interrupted,
-            WizardError::Quit { file },
+            WizardError::Quit { kept },
             "the same command goes on from there",
         ),
-        Gone::InputEnded => failure(Cause::Usage, WizardError::InputEnded { file }),
+        Gone::InputEnded => failure(Cause::Usage, WizardError::InputEnded { kept }),
     }
 }
