@@ -7,7 +7,7 @@ use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::devices::pca9685::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
 use sim_tests::fixtures::{self, amplitude};
-use sim_tests::nano::CLOCK_HZ;
+use sim_tests::nano::{CLOCK_HZ, OutputEnable};
 use sim_tests::virtual_robot::VirtualRobot;
 
 fn walk(robot: &mut VirtualRobot, client: &mut Client) {
@@ -62,4 +62,24 @@ fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
         let stretch = pulse_us / (counts * 4.08);
         assert!((stretch - NOMINAL_OSCILLATOR_HZ / oscillator_hz).abs() < 0.01, "{oscillator_hz}: {stretch}");
     }
+}
+
+/// The two pins that a person may wire: OE low only while servos are on, and the button heard.
+#[test]
+fn the_output_enable_on_d4_follows_the_servos_and_the_button_on_d2_stops_them() {
+    let (mut robot, mut client) = on_the_bench();
+    robot.nano_mut().wire_output_enable(OutputEnable::PulledUp);
+    let limp = robot.nano().bus().pca9685.is_enabled();
+    walk(&mut robot, &mut client);
+    client.run_for(&mut robot, 0.1).unwrap();
+    let walking = robot.nano().bus().pca9685.is_enabled();
+
+    robot.nano_mut().press_button(true);
+    client.run_for(&mut robot, 0.2).unwrap();
+    let pressed = status(&mut robot, &mut client).state;
+    client.run_for(&mut robot, 2.0).unwrap();
+
+    assert_eq!((limp, walking), (false, true));
+    assert_eq!(pressed, State::Holding);
+    assert!(!robot.nano().bus().pca9685.is_enabled());
 }
