@@ -188,6 +188,9 @@ impl App {
         // Nobody has seen the button up: one that is down now is no press.
         self.is_button_down = true;
         self.load_start_gait(board);
+        // The first frame's burst comes before the first is computed: unstaged, it
+        // would be zeros, which the servo driver takes for its configuration.
+        self.stage(board);
         self.booted = true;
         self.tell(Event::Started(boot.cause));
         if boot.cause == ResetCause::Watchdog && boot.servos_were_on {

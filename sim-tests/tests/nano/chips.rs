@@ -42,6 +42,21 @@ fn the_servo_driver_is_never_asked_for_what_its_data_sheet_forbids() {
     assert!(!bus.pca9685.drives_any());
 }
 
+/// The first frame's burst, before which no frame was computed, once wrote zeros
+/// over the configuration: who walked from before it on stopped as the chip's loss.
+#[test]
+fn a_nudge_in_the_first_moments_finds_the_servo_driver_as_it_was_configured() {
+    let mut robot = robot_with(Box::new(Bench::new(0.1)));
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.005).unwrap();
+
+    client.expect_done(&mut robot, Command::Nudge { channel: 3, counts: 330 }).unwrap();
+    assert!(robot.now_s() < 1.0 / 60.0, "too late to tell: {} s", robot.now_s());
+    client.run_for(&mut robot, 0.5).unwrap();
+
+    assert_eq!(status(&mut robot, &mut client).state, State::Holding);
+}
+
 /// What a calibration of the board's oscillator has to make up for.
 #[test]
 fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
