@@ -199,5 +199,24 @@ fn stored_gaits_are_listed_selected_and_erased_by_name() {
 
     let message = fails(&mut setting.host(&["gaits", "--select", "trot"]), 5);
     assert!(message.contains("the robot stores no gait \"trot\"; it has new"), "{message}");
-    assert!(message.contains("--select 'new'"), "{message}");
+    assert!(message.contains("such as 'new'"), "{message}");
+}
+
+/// 10 T_2 reaches 20 degrees at 2.0x.
+#[test]
+fn an_amplitude_beyond_the_gaits_limits_is_no_change_to_a_walk_unless_asked_for_with_clip() {
+    let mut narrow = bench_host::gait("narrow");
+    narrow.joints[2].max_deg = 20.0;
+    let bytes = narrow.encoded().unwrap();
+    let setting = Setting::with(FakeRobot::with_gait(Troubles::default(), &bytes, 1.0));
+
+    says(&mut setting.host(&["walk", "--detached", "--for", "60"]));
+    let refused = fails(&mut setting.host(&["set", "--amp", "2.5"]), 3);
+    let kept = setting.bench.robot(|robot| robot.amplitude.value());
+    says(&mut setting.host(&["set", "--amp", "2.5", "--clip"]));
+    let clipped = setting.bench.robot(|robot| robot.amplitude.value());
+
+    assert!(refused.contains("hip3 would go to 25.0 degrees"), "{refused}");
+    assert!(refused.contains("the largest amplitude that fits is 2"), "{refused}");
+    assert_eq!((kept, clipped), (1.0, 2.5));
 }

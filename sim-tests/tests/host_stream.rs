@@ -31,7 +31,7 @@ fn recording(folder: &Path, name: &str, frames: usize) {
 /// Plays it; the robot's buffer forgives 50 ms, a machine that is busy with
 /// something else may take longer, and then says so.
 fn played(folder: &Path, port: &str) -> serde_json::Value {
-    for _ in 0..4 {
+    for _ in 0..8 {
         let arguments = ["play", "wave.csv", "--degrees", "--port", port, "--json"];
         let (code, out, err) = host_outcome(folder, &arguments);
         if code == 0 {
@@ -39,7 +39,7 @@ fn played(folder: &Path, port: &str) -> serde_json::Value {
         }
         assert!(err.contains("the next setpoint did not arrive in time"), "{err}");
     }
-    panic!("this machine is too busy to stream: four times the robot's buffer ran dry");
+    panic!("this machine is too busy to stream: eight times the robot's buffer ran dry");
 }
 
 /// Every pose goes out once, in order, to half a count and the rounding to 1/256 degree.

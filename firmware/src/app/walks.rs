@@ -35,6 +35,10 @@ impl App {
     #[inline(never)]
     pub(super) fn walk(&mut self, board: &mut impl Board, walk: Walk) -> Result<(), Refusal> {
         self.require_rest()?;
+        if walk.dry_run && self.staged.servos_on {
+            // Standing, it would go limp.
+            return Err(Refusal::ServosOn);
+        }
         if self.gait.bytes().is_empty() {
             return Err(Refusal::NoGait);
         }

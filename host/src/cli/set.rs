@@ -3,9 +3,13 @@
 //! An attached walk takes the same changes from the terminal it runs in.
 
 use super::explain::{failure, failure_with_help};
-use super::reach::{Port, unreachable_robot};
+use super::reach::{Port, beyond_limits, unreachable_robot};
 use super::{Cause, Failure};
+use crate::gait_file::limits::as_typed;
+use crate::link::ports::SerialLink;
 use crate::link::words;
+use crate::playable::Playable;
+use protocol::command::Record;
 use protocol::{Amplitude, Command, Speed, State};
 use thiserror::Error;
 
@@ -28,6 +32,9 @@ pub struct Args {
     /// Go on at the gait's own speed
     #[arg(long, group = "change")]
     resume: bool,
+    /// Take an amplitude at which joints are held at their limits
+    #[arg(long, requires = "amplitude")]
+    clip: bool,
     #[command(flatten)]
     port: Port,
 }
@@ -65,6 +72,16 @@ struct NotWalking {
     state: State,
 }
 
+/// Refuses an amplitude at which the robot's gait would be held at its limits.
+fn check_limits(link: &mut SerialLink, amplitude: Amplitude) -> Result<(), Failure> {
+    let bytes = link.read(Record::Gait).map_err(unreachable_robot)?;
+    // Without a gait the robot itself says so.
+    match Playable::from_bytes(&bytes) {
+        Ok(gait) => gait.check_limits(as_typed(amplitude)).map_err(beyond_limits),
+        Err(_) => Ok(()),
+    }
+}
+
 pub fn run(args: Args) -> Result<(), Failure> {
     let usage = |error: BadNumber| failure(Cause::Usage, error);
     let amplitude = args.amplitude.map(amplitude).transpose().map_err(usage)?;
@@ -81,6 +98,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
                     If it was walking a moment ago, opening the port has reset it: the first opening \
                     after plugging in does";
         return Err(failure_with_help(Cause::Robot, NotWalking { state }, help));
+    }
+    if let Some(amplitude) = amplitude.filter(|_| !args.clip) {
+        check_limits(&mut link, amplitude)?;
     }
     let changes = [amplitude.map(Command::SetAmplitude), speed.map(Command::SetSpeed)];
     for change in changes.into_iter().flatten() {

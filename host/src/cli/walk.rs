@@ -82,6 +82,8 @@ struct Plan {
     gait: ActiveGait,
     amplitude: Amplitude,
     order: Order,
+    /// The gait whose limits are to be kept.
+    kept_within: Option<Playable>,
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
@@ -120,7 +122,8 @@ fn plan(link: &mut SerialLink, args: &Args, frames: Option<u32>) -> Result<Plan,
         }
         None => args.speed.and_then(Speed::from_f64).unwrap_or(Speed::ONE),
     };
-    Ok(Plan { gait, amplitude, order: Order { frames, amplitude: asked, speed, dry_run: args.dry_run } })
+    let order = Order { frames, amplitude: asked, speed, dry_run: args.dry_run };
+    Ok(Plan { gait, amplitude, order, kept_within: (!args.clip).then_some(playable) })
 }
 
 fn detached(link: &mut SerialLink, args: &Args, plan: &Plan) -> Result<(), Failure> {
@@ -156,7 +159,8 @@ fn detached(link: &mut SerialLink, args: &Args, plan: &Plan) -> Result<(), Failu
 
 fn attached(link: &mut SerialLink, args: &Args, plan: &Plan) -> Result<(), Failure> {
     let stop = interruptible()?;
-    let mut onlooker = Onlooker::new(plan.order.frames, args.json, Lines::open(args.stdin));
+    let mut onlooker =
+        Onlooker::new(plan.order.frames, args.json, Lines::open(args.stdin), plan.kept_within.clone());
     let trial = trial::walk(link, &plan.order, &stop, &mut onlooker);
     onlooker.finish();
     let mut trial = trial.map_err(unreachable_robot)?;

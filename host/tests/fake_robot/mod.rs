@@ -281,10 +281,13 @@ impl FakeRobot {
         }
         if let Some(stream) = &mut self.stream {
             let is_dry = self.troubles.runs_dry_at.is_some_and(|frame| self.trial_frames >= frame);
-            match stream.pop_front().filter(|_| !is_dry) {
-                Some(pose) => self.played.push(pose),
-                None => return self.end(WalkEnd::StreamDry),
+            if is_dry {
+                return self.end(WalkEnd::StreamDry);
             }
+            // A robot ends the stream here. This one waits: how late a host may be is
+            // tried in emulated time, and this machine may have other things to do.
+            let Some(pose) = stream.pop_front() else { return };
+            self.played.push(pose);
         }
         self.trial_frames += 1;
         let now = Some(self.trial_frames);

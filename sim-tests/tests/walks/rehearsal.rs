@@ -137,3 +137,16 @@ fn a_chip_lost_during_it_is_no_fault_for_nothing_moves() {
 
     assert_eq!(robot.state(), State::Walking);
 }
+
+/// It moves nothing, so it lets nothing fall either.
+#[test]
+fn one_asked_of_a_standing_robot_is_refused_until_it_is_limp() {
+    let mut robot = ready();
+    robot.expect_done(walk_for(10));
+    robot.run_until(State::Holding);
+
+    assert_eq!(robot.ask(rehearse_for(10)), Reply::Refused(Refusal::ServosOn));
+    robot.run_until(State::Idle);
+    robot.run_frames(2);
+    robot.expect_done(rehearse_for(10));
+}

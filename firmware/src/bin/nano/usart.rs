@@ -15,7 +15,8 @@ use avr_device::interrupt;
 use super::shared::{Shared, word};
 use firmware::hal::SerialRing;
 
-/// The longest turn of the main loop under a flood is 3 ms: 35 bytes.
+/// The longest turn of the main loop under a flood is 3 ms: 35 bytes. Committing a
+/// gait takes 7 ms, but then the host waits for the answer.
 const RECEIVED_LEN: usize = 64;
 /// A long answer and a telemetry frame.
 const TO_SEND_LEN: usize = 128;

@@ -4,7 +4,9 @@
 //! lines, because the walk cannot wait for anybody; it ends with the program.
 
 use crate::cli::set;
+use crate::gait_file::limits::as_typed;
 use crate::link::words;
+use crate::playable::Playable;
 use crate::trial::Watcher;
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::{Amplitude, Command, FRAME_RATE_HZ, Refusal, Speed, State};
@@ -66,16 +68,18 @@ fn wish(line: &str) -> Result<Command, String> {
 pub struct Onlooker {
     bar: ProgressBar,
     lines: Lines,
+    kept_within: Option<Playable>,
     stop_was_typed: bool,
     amplitude: Option<Amplitude>,
     speed: Option<Speed>,
 }
 
 impl Onlooker {
-    /// `frames` is the length of the bar.
-    pub fn new(frames: Option<u32>, is_silent: bool, lines: Lines) -> Self {
+    /// `frames` is the length of the bar; an amplitude is passed on only if the
+    /// gait is `kept_within` its limits at it.
+    pub fn new(frames: Option<u32>, is_silent: bool, lines: Lines, kept_within: Option<Playable>) -> Self {
         let bar = if is_silent { ProgressBar::hidden() } else { progress_bar(frames) };
-        Self { bar, lines, stop_was_typed: false, amplitude: None, speed: None }
+        Self { bar, lines, kept_within, stop_was_typed: false, amplitude: None, speed: None }
     }
 
     /// Removes the bar.
@@ -98,6 +102,17 @@ impl Onlooker {
         self.speed
     }
 
+    fn within_limits(&self, command: Command) -> Result<Command, String> {
+        let (Command::SetAmplitude(amplitude), Some(gait)) = (&command, &self.kept_within) else {
+            return Ok(command);
+        };
+        gait.check_limits(as_typed(*amplitude)).map_err(|leaves| match leaves.largest {
+            Some(largest) => format!("{leaves}; the largest amplitude that fits is {largest}"),
+            None => leaves.to_string(),
+        })?;
+        Ok(command)
+    }
+
     fn say(&self, text: &str) {
         self.bar.suspend(|| eprintln!("{text}"));
     }
@@ -116,7 +131,7 @@ impl Watcher for &mut Onlooker {
         if line.trim().is_empty() {
             return None;
         }
-        match wish(&line) {
+        match wish(&line).and_then(|command| self.within_limits(command)) {
             Ok(command) => Some(command),
             Err(text) => {
                 self.say(&text);
