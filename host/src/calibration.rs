@@ -1,6 +1,6 @@
 //! How one robot is built, as people measure it: microseconds, degrees, ohms, volts.
 //!
-//! Owns the TOML ([`document`]) and the conversion to the robot's own record,
+//! Owns the TOML and the conversion to the robot's own record,
 //! which counts in steps of the PCA9685's oscillator. Refuses every value that
 //! the robot would refuse, and pulses that no servo takes, by name and with
 //! their limits. Moves nothing; `host calibrate` does.

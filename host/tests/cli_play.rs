@@ -9,6 +9,10 @@ use bench_host::{Setting, fails, json, says};
 use fake_robot::Troubles;
 use protocol::{State, WalkEnd};
 
+fn patient() -> Troubles {
+    Troubles { forgives_late_setpoints: true, ..Default::default() }
+}
+
 /// One second at 20 Hz: hip1 goes from 0 to 19 of `unit`, all else stays.
 fn recording(setting: &Setting, unit: f64) {
     let row = |i: usize| format!("{:.3},{:.4},0,0,0,0,0,0,0\n", i as f64 / 20.0, unit * i as f64);
@@ -19,7 +23,7 @@ fn recording(setting: &Setting, unit: f64) {
 
 #[test]
 fn a_csv_in_degrees_is_played_at_60_hertz_along_straight_lines() {
-    let setting = Setting::new(Troubles::default());
+    let setting = Setting::new(patient());
     recording(&setting, 1.0);
 
     let text = says(&mut setting.host(&["play", "walk.csv", "--degrees"]));
@@ -40,7 +44,7 @@ fn a_csv_in_degrees_is_played_at_60_hertz_along_straight_lines() {
 /// Actions scale about their mean as in a gait: 45 degrees of it, and 24 a unit around.
 #[test]
 fn actions_are_scaled_about_their_mean_and_a_stride_is_repeated() {
-    let setting = Setting::new(Troubles::default());
+    let setting = Setting::new(patient());
     recording(&setting, 0.02);
 
     let result = json(&mut setting.host(&["play", "walk.csv", "--amp", "1.5", "--seconds", "2", "--json"]));
@@ -56,7 +60,7 @@ fn actions_are_scaled_about_their_mean_and_a_stride_is_repeated() {
 
 #[test]
 fn what_leaves_the_limits_is_refused_before_anything_moves_and_held_with_clip() {
-    let setting = Setting::new(Troubles::default());
+    let setting = Setting::new(patient());
     recording(&setting, 4.0);
 
     let message = fails(&mut setting.host(&["play", "walk.csv", "--degrees"]), 3);
@@ -83,7 +87,7 @@ fn a_dry_stream_fails_with_what_to_do() {
 
 #[test]
 fn a_policy_needs_a_run_with_one() {
-    let setting = Setting::new(Troubles::default());
+    let setting = Setting::new(patient());
 
     let code = if cfg!(feature = "train") { 3 } else { 2 };
     let message = fails(&mut setting.host(&["play", "--policy", "nowhere"]), code);
@@ -102,7 +106,7 @@ fn a_policy_walks_in_simulation_and_the_robot_does_as_it_is_told() {
     use host::td3::random::{Purpose, episode_seed};
     use host::td3::run_config::RunConfig;
 
-    let setting = Setting::new(Troubles::default());
+    let setting = Setting::new(patient());
     let tiny = "[td3]\nhidden_layers = 1\nhidden_width = 16\nbatch_size = 16\n\
         [schedule]\nepochs = 2\nupdates_per_epoch = 40\nenv_steps_per_update = 5\nround_updates = 10\n\
         warm_up_env_steps = 100\ntraining_envs = 2\nevaluation_episodes = 2\n[env]\nepisode_steps = 70\n";

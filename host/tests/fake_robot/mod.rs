@@ -2,7 +2,8 @@
 //! does, and fails on request. It advances one frame whenever it is listened
 //! to and has nothing to say, so a trial takes no time.
 //!
-//! Here are its wires and its frames; what each command does is in [`obey`].
+//! Here are its wires and its frames, beyond 300 lines because they share one
+//! state with its troubles; what each command does is in [`obey`].
 // Every test file uses another part of it.
 #![allow(dead_code)]
 
@@ -56,6 +57,9 @@ pub struct Troubles {
     pub busy_for: u32,
     /// Has this little at rest.
     pub supply_mv: Option<u16>,
+    /// Waits for setpoints that are late, for tests in real time on busy machines
+    /// that are about something else.
+    pub forgives_late_setpoints: bool,
     /// Setpoints run dry in this frame, whatever is in the buffer.
     pub runs_dry_at: Option<u32>,
 }
@@ -281,8 +285,12 @@ impl FakeRobot {
         }
         if let Some(stream) = &mut self.stream {
             let is_dry = self.troubles.runs_dry_at.is_some_and(|frame| self.trial_frames >= frame);
-            if is_dry {
-                return self.end(WalkEnd::StreamDry);
+            if stream.is_empty() && self.troubles.forgives_late_setpoints {
+                return;
+            }
+            match stream.pop_front().filter(|_| !is_dry) {
+                Some(pose) => self.played.push(pose),
+                None => return self.end(WalkEnd::StreamDry),
             }
             // A robot ends the stream here. This one waits: how late a host may be is
             // tried in emulated time, and this machine may have other things to do.

@@ -204,14 +204,13 @@ impl FakeRobot {
         DONE
     }
 
-    /// A gait replaces the one of its name, else takes the first free place.
+    /// A gait takes a free place; only then is the one of its name forgotten.
     pub(super) fn store_active(&mut self) -> Result<(), Refusal> {
         let Some(active) = self.active else { return Err(Refusal::NoGait) };
-        let has_name =
-            |place: &Option<(StoredGait, _)>| place.as_ref().is_some_and(|(g, _)| g.name == active.name);
-        let slot = self.stored.iter().position(has_name);
-        let slot = slot.or_else(|| self.stored.iter().position(Option::is_none));
-        let slot = slot.ok_or(Refusal::StorageFull)?;
+        let slot = self.stored.iter().position(Option::is_none).ok_or(Refusal::StorageFull)?;
+        for place in &mut self.stored {
+            place.take_if(|(gait, _)| gait.name == active.name);
+        }
         for (gait, _) in self.stored.iter_mut().flatten() {
             gait.at_start = false;
         }
@@ -225,7 +224,11 @@ impl FakeRobot {
         let place = self.stored.get(usize::from(slot)).and_then(Option::as_ref);
         let (gait, table) = place.cloned().ok_or(Refusal::NoSuchGait)?;
         self.activate(&table, gait.amplitude);
-        self.store_active()?;
+        for (place, (other, _)) in
+            self.stored.iter_mut().enumerate().filter_map(|(i, p)| Some((i, p.as_mut()?)))
+        {
+            other.at_start = place == usize::from(slot);
+        }
         self.storage = Storage::Saved;
         DONE
     }
