@@ -22,21 +22,20 @@
 
 mod chips;
 mod commands;
+mod keeping;
 mod walks;
 
 use heapless::Deque;
 use protocol::command::{CalibrationSource, Storage};
 use protocol::gait::Encoded;
-use protocol::{
-    Amplitude, Calibration, Event, Fault, GAIT_SLOTS, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd,
-};
+use protocol::{Amplitude, Calibration, Event, Fault, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd};
 
 use crate::hal::{Board, Bus, FrameClock, Panel, SerialRing, Watchdog};
 use crate::link::{self, Heard, Link, Message};
 use crate::player::{Frame, Mode, Player};
 use crate::power::{Readings, Sample, Trial};
 use crate::servos;
-use crate::store::{Kind, Saved, Store};
+use crate::store::Store;
 use crate::upload::Upload;
 use chips::BusWork;
 
@@ -313,75 +312,6 @@ impl App {
             missed_samples: self.trial.missed_samples,
         };
         link::send(board.serial(), &Message::Telemetry(&telemetry));
-    }
-
-    #[inline(never)]
-    fn load_calibration(&mut self, board: &mut impl Board) {
-        let (memory, buffer) = (board.memory(), self.upload.buffer_mut());
-        if self.store.load_calibration(memory, buffer, &mut self.calibration) {
-            self.calibration_source = CalibrationSource::Stored;
-        } else {
-            self.calibration.set_authors();
-            if self.store.has_calibration(board.memory()) {
-                self.calibration_source = CalibrationSource::Damaged;
-            }
-        }
-    }
-
-    fn load_start_gait(&mut self, board: &mut impl Board) {
-        // Slots as long as they go around: the first one, then the others.
-        let start = self.store.start_slot(board.memory()).unwrap_or(0);
-        for next in 0..GAIT_SLOTS {
-            if self.load_gait(board, (start + next) % GAIT_SLOTS).is_ok() {
-                return;
-            }
-        }
-    }
-
-    /// Makes the gait stored in `slot` the active one.
-    ///
-    /// # Errors
-    /// Why it is not; the active one stays.
-    #[inline(never)]
-    fn load_gait(&mut self, board: &mut impl Board, slot: u8) -> Result<(), Refusal> {
-        // The buffer is used up: what had been announced is gone.
-        self.upload.close();
-        let buffer = self.upload.buffer_mut();
-        let (amplitude, len) = self.store.load_gait(board.memory(), slot, buffer)?;
-        let encoding = buffer.get(..len).unwrap_or(&[]);
-        self.gait.replace(encoding).map_err(Refusal::BadGait)?;
-        self.amplitude = amplitude;
-        self.storage = Storage::Saved;
-        Ok(())
-    }
-
-    fn save(&mut self, board: &mut impl Board) {
-        self.save_trial(board);
-        if self.store.saving().is_some() {
-            self.save_on(board);
-        }
-    }
-
-    #[inline(never)]
-    fn save_on(&mut self, board: &mut impl Board) {
-        let record;
-        let payload: &[u8] = match self.store.saving() {
-            None => return,
-            Some(Kind::Gait | Kind::Start) => self.gait.bytes(),
-            Some(Kind::Calibration) => self.calibration.bytes(),
-            Some(Kind::Trial) => {
-                record = self.trial_record();
-                &record
-            }
-        };
-        let Some(Saved { kind, verified }) = self.store.step(board.memory(), payload) else { return };
-        match kind {
-            // Another amplitude since it began, and what was saved is not what is active.
-            Kind::Gait if verified && self.storage == Storage::Saving => self.storage = Storage::Saved,
-            Kind::Gait if !verified => self.storage = Storage::Failed,
-            Kind::Calibration if !verified => self.calibration_source = CalibrationSource::NotSaved,
-            Kind::Gait | Kind::Start | Kind::Calibration | Kind::Trial => {}
-        }
     }
 
     #[inline(never)]

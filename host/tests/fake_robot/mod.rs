@@ -292,10 +292,6 @@ impl FakeRobot {
                 Some(pose) => self.played.push(pose),
                 None => return self.end(WalkEnd::StreamDry),
             }
-            // A robot ends the stream here. This one waits: how late a host may be is
-            // tried in emulated time, and this machine may have other things to do.
-            let Some(pose) = stream.pop_front() else { return };
-            self.played.push(pose);
         }
         self.trial_frames += 1;
         let now = Some(self.trial_frames);
