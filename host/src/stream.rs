@@ -78,7 +78,7 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     }
 
     fn send_all(&mut self, poses: impl Iterator<Item = PoseDeg>) -> Result<(), TrialStop> {
-        let mut poses = poses.fuse();
+        let mut poses = poses.fuse().peekable();
         let mut taken_at = Instant::now();
         let mut round_trip_s = 0.0;
         let mut pending: Vec<PoseDeg> = Vec::new();
@@ -97,6 +97,11 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
                     pending.clear();
                     taken_at = sent_at;
                     round_trip_s += NEWEST * (sent_at.elapsed().as_secs_f64() - round_trip_s);
+                    if poses.peek().is_none() {
+                        // Should the robot run dry from now on, it has played all of it.
+                        self.asked = Some(self.sent);
+                        return Ok(());
+                    }
                     // One pose more than there is room for would be refused. The answer may be
                     // late, what it tells was true soon after the question.
                     let ahead = (usize::from(waiting) + batch).saturating_sub(self.capacity);

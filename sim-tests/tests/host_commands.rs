@@ -6,7 +6,7 @@
 #[allow(dead_code)]
 mod processes;
 
-use processes::{RobotProcess, host, host_json, host_outcome};
+use processes::{RobotProcess, host, host_json, host_outcome, play_patiently};
 use protocol::JOINT_COUNT;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -96,7 +96,7 @@ fn a_calibration_is_read_changed_written_and_walked_by() {
 
     host(folder.path(), &[&["calibrate", "--write", "robot.toml.txt"], &port[..]].concat());
     recording(folder.path(), "wave.csv", 60);
-    host_json(folder.path(), &[&["play", "wave.csv", "--degrees", "--amp", "0.1"], &port[..]].concat());
+    play_patiently(folder.path(), &[&["--amp", "0.1"], &port[..]].concat());
     let status = host_json(folder.path(), &[&["status"], &port[..]].concat());
 
     assert_eq!(status["calibration"], "stored", "{status}");

@@ -4,7 +4,7 @@
 #[allow(dead_code)]
 mod processes;
 
-use processes::{RobotProcess, host_json, host_outcome};
+use processes::{RobotProcess, host_json, play_patiently};
 use protocol::JOINT_COUNT;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -28,20 +28,6 @@ fn recording(folder: &Path, name: &str, frames: usize) {
     std::fs::write(folder.join(name), text).unwrap();
 }
 
-/// Plays it; the robot's buffer forgives 50 ms, a machine that is busy with
-/// something else may take longer, and then says so.
-fn played(folder: &Path, port: &str) -> serde_json::Value {
-    for _ in 0..8 {
-        let arguments = ["play", "wave.csv", "--degrees", "--port", port, "--json"];
-        let (code, out, err) = host_outcome(folder, &arguments);
-        if code == 0 {
-            return serde_json::from_str(&out).unwrap();
-        }
-        assert!(err.contains("the next setpoint did not arrive in time"), "{err}");
-    }
-    panic!("this machine is too busy to stream: eight times the robot's buffer ran dry");
-}
-
 /// Every pose goes out once, in order, to half a count and the rounding to 1/256 degree.
 #[test]
 fn a_trajectory_is_streamed_frame_by_frame() {
@@ -52,7 +38,7 @@ fn a_trajectory_is_streamed_frame_by_frame() {
 
     // Not in the robot's first moments: it is asked how it is before.
     host_json(folder.path(), &["status", "--port", robot.port()]);
-    let played = played(folder.path(), robot.port());
+    let played = play_patiently(folder.path(), &["--port", robot.port()]);
     let last = host_json(folder.path(), &["measure", "--last", "--port", robot.port()]);
 
     assert_eq!(played["stopped"], serde_json::Value::Null, "{played}");
