@@ -41,7 +41,7 @@ pub(super) const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
 /// stops by itself within a second if this program ends or the cable comes off.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Walk nothing: tell what the robot remembers of its last walk, be it without a host
+    /// Walk nothing: tell what the robot remembers of its last walk, even one without a host
     #[arg(long, conflicts_with_all = ["duration", "amplitude", "clip", "tracker"])]
     last: bool,
     /// Length of the trial in seconds

@@ -24,10 +24,10 @@ use thiserror::Error;
 
 /// Play a trajectory or a policy from this computer, 60 setpoints a second.
 ///
-/// FILE is played as it is, at its own pace, once or for --seconds: columns of
-/// actions as in `fit`, or degrees from neutral with --degrees. With --policy,
-/// the policy of a run walks in simulation, and the robot does what the simulated
-/// one is told.
+/// A trajectory is played as it is, at its own pace, once or for --seconds:
+/// columns of actions as in `fit`, or degrees from neutral with --degrees. With
+/// --policy, the policy of a run walks in simulation, and the robot does what the
+/// simulated one is told.
 ///
 /// The robot goes slowly to the first pose. It stops when a setpoint is late: its
 /// buffer holds three, 50 ms.

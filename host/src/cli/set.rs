@@ -107,6 +107,12 @@ pub fn run(args: Args) -> Result<(), Failure> {
         link.order(change).map_err(unreachable_robot)?;
     }
     let state = link.status().map_err(unreachable_robot)?.state;
-    println!("done; the robot is {}", words::state_in_full(state));
+    // Speeds slide: the state that answers is the one that is being left.
+    let doing = match (speed, state) {
+        (Some(Speed::PAUSED), State::Walking) => "slowing down to stand still, servos on",
+        (Some(speed), State::Holding) if speed != Speed::PAUSED => "about to walk on",
+        (_, state) => words::state_in_full(state),
+    };
+    println!("done; the robot is {doing}");
     Ok(())
 }
