@@ -50,7 +50,7 @@ pub enum PtyError {
         port: PathBuf,
     },
     /// The link cannot be made.
-    #[error("cannot link {path} to the pseudo-terminal")]
+    #[error("cannot link {path} to the pseudo-terminal: does its folder exist?")]
     Link {
         /// Where.
         path: PathBuf,

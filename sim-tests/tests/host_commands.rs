@@ -60,7 +60,8 @@ fn gaits_of_both_kinds_are_stored_selected_and_walked_without_the_host() {
     assert_eq!((&status["bad_frames"], &status["bus_errors"]), (&0.into(), &0.into()), "{status}");
     assert!(stopped.contains("standing still") || stopped.contains("idle"), "{stopped}");
     assert_eq!(last["ended"], "stop-byte", "{last}");
-    assert_eq!(last["amplitude"], 1.2);
+    // Where the slide from 1.5 had come to.
+    assert!((1.2..=1.5).contains(&last["amplitude"].as_f64().unwrap()), "{last}");
 }
 
 #[test]

@@ -131,7 +131,7 @@ fn run(
         robot.run_until(clock.due_cycle().min(last_cycle)).into_diagnostic()?;
         let heard: Vec<u8> = robot.nano_mut().receive().into_iter().map(|(_, byte)| byte).collect();
         port.send(&heard).into_diagnostic()?;
-        records.write(robot)?;
+        records.write(robot, &clock)?;
         if let Some(eeprom) = eeprom.as_deref_mut().filter(|_| eeprom_checked.elapsed() > EEPROM_CHECK) {
             eeprom.save(robot)?;
             eeprom_checked = Instant::now();
@@ -149,13 +149,21 @@ fn run(
 /// Emulated time by the wall clock.
 struct Clock {
     zero: Instant,
+    zero_unix_s: f64,
     given_up: Duration,
     last: Duration,
 }
 
 impl Clock {
     fn start() -> Self {
-        Self { zero: Instant::now(), given_up: Duration::ZERO, last: Duration::ZERO }
+        let zero_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        Self { zero: Instant::now(), zero_unix_s, given_up: Duration::ZERO, last: Duration::ZERO }
+    }
+
+    /// What time it is outside when it is `time_s` in the robot. It never goes
+    /// back, however unevenly this process gets to run.
+    fn unix_s(&self, time_s: f64) -> f64 {
+        self.zero_unix_s + self.given_up.as_secs_f64() + time_s
     }
 
     /// Where the robot should be by now. Time that a suspended process missed
@@ -182,7 +190,7 @@ impl Records {
         let create = |path: &PathBuf| -> Result<_> {
             let file = File::create(path)
                 .into_diagnostic()
-                .wrap_err_with(|| format!("cannot create {}", path.display()))?;
+                .wrap_err_with(|| format!("cannot create {}: does its folder exist?", path.display()))?;
             Ok((path.clone(), BufWriter::new(file)))
         };
         Ok(Self {
@@ -192,10 +200,8 @@ impl Records {
     }
 
     /// Appends what happened since the last time, whole lines only.
-    fn write(&mut self, robot: &mut VirtualRobot) -> Result<()> {
-        let now_s = robot.now_s();
-        let unix_now_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-        let unix = |time_s: f64| unix_now_s - (now_s - time_s);
+    fn write(&mut self, robot: &mut VirtualRobot, clock: &Clock) -> Result<()> {
+        let unix = |time_s: f64| clock.unix_s(time_s);
         let truth = robot.take_truth();
         append(
             &mut self.truth,
