@@ -5,6 +5,8 @@
 //! trajectory is not ours to publish: where it is absent, a synthetic loop in
 //! the same format takes its place, and the output says so.
 
+// `host_stream` uses the rest of it.
+#[allow(dead_code)]
 mod processes;
 
 use host::gait_file::GaitFile;
