@@ -33,4 +33,6 @@ pub mod td3;
 pub mod tracker;
 pub mod trajectory;
 pub mod trial;
+#[cfg(feature = "sim")]
+pub mod twin;
 pub mod upload;

@@ -5,17 +5,21 @@
 //! description with a number that is no number, or that no such robot can
 //! have: every bound stands in `Robot::check`.
 //!
-//! The Ant's numbers that no data sheet gives (friction, servo stiffness,
-//! damping and speed, power) come from one fit of this simulator to the
-//! authors' published speeds and powers at eight amplifications of one gait.
+//! The Ant's description is `robots/ant/robot.toml`. Its numbers that no data
+//! sheet gives (friction, servos, power) come from `host twin fit`, and the
+//! file's own `[twin]` section says from which.
 
 use crate::run_folder::FileError;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Leg lengths that are sensible multiples of the Ant's: its servos lift no more.
 pub const LEG_SCALE_RANGE: (f64, f64) = (0.3, 2.0);
+
+/// The Ant, as the last fit left it.
+const ANT: &str = include_str!("../robots/ant/robot.toml");
 
 /// A robot with eight servos on four legs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +41,9 @@ pub struct Robot {
     pub power: Power,
     /// What feeds it.
     pub supply: Supply,
+    /// How it was fitted to measured trials, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twin: Option<TwinRecord>,
 }
 
 /// Lengths and angles. Legs 1 to 4 stand at azimuth 45, 135, 225 and 315 degrees.
@@ -75,8 +82,10 @@ pub struct Mass {
 
 /// A position servo: it moves its own setpoint towards the asked one, and pulls towards that.
 ///
-/// `torque = clamp(stiffness * (setpoint - angle), limit) - damping * speed`,
-/// with the setpoint slewed at the no-load speed.
+/// `torque = clamp(stiffness * error, limit) - damping * speed`, with the
+/// setpoint slewed at the no-load speed, and `error` what of `setpoint - angle`
+/// lies outside the dead band. The damping is the motor's torque-speed line;
+/// dry friction then takes its part of that torque.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
@@ -88,6 +97,12 @@ pub struct Servo {
     pub no_load_speed_rad_s: f64,
     /// Most that its motor pulls.
     pub torque_limit_n_m: f64,
+    /// Dry friction of its gears.
+    #[serde(default)]
+    pub friction_n_m: f64,
+    /// Error that it leaves alone, either way.
+    #[serde(default)]
+    pub dead_band_deg: f64,
     /// Its mechanical end stop, either way from neutral.
     pub end_stop_deg: f64,
     /// Pulse that holds it at neutral.
@@ -104,7 +119,8 @@ pub struct Ground {
     pub friction: f64,
 }
 
-/// From mechanical to electrical power: `electronics + positive work / efficiency`.
+/// From mechanical to electrical power:
+/// `electronics + positive work / efficiency + heat * torque^2`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Power {
@@ -112,6 +128,9 @@ pub struct Power {
     pub electronics_w: f64,
     /// Share of a servo's electrical power that arrives at its horn.
     pub efficiency: f64,
+    /// Heat of a servo's winding per squared torque: what holding costs.
+    #[serde(default)]
+    pub heat_w_per_n2_m2: f64,
 }
 
 /// What feeds the robot.
@@ -122,6 +141,46 @@ pub struct Supply {
     pub nominal_v: f64,
     /// Supply and leads together.
     pub resistance_ohm: f64,
+}
+
+/// Which measured trials a description was fitted to, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TwinRecord {
+    /// How long the measured robot held each sample of a table.
+    pub sample_s: f64,
+    /// Gaits that were fitted.
+    pub methods: Vec<String>,
+    /// Of the optimiser.
+    pub seed: u64,
+    /// Sets of parameters that were tried.
+    pub evaluations: u64,
+    /// Mean of the mean absolute relative errors of speed, power and cost of transport.
+    pub score: f64,
+    /// What the same trials say with no bound on the efficiency.
+    pub free_power: PowerLine,
+    /// Power from the tables' steps alone: the line to beat.
+    pub baseline_power: PowerLine,
+    /// Standard deviation of each fitted parameter over the sets that score about as well.
+    pub spread: BTreeMap<String, f64>,
+}
+
+/// A straight line to power, fitted by least squares of the relative error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerLine {
+    /// At zero.
+    pub constant_w: f64,
+    /// Watts per unit of the predictor.
+    pub slope_w: f64,
+}
+
+impl PowerLine {
+    /// Power at a value of the predictor.
+    #[must_use]
+    pub fn at(&self, predictor: f64) -> f64 {
+        self.constant_w + self.slope_w * predictor
+    }
 }
 
 /// Why a robot description was refused.
@@ -161,37 +220,15 @@ impl Robot {
     /// # Source
     /// Lengths: the authors' model. Joint limit: their tables reach 51.6
     /// degrees. Pulses: 330 ticks of 4.08 us are neutral, 0.6 degree a tick.
-    /// Total mass, friction, servo and power: our fit (see the module's head);
-    /// the torque limit is that of the servo class, and hardly matters above
-    /// 1 N m. How the mass is shared out, foot radius, torso height and the
-    /// supply are our assumptions.
+    /// Friction, servo, power, mass and the shin's slope: the fit that the
+    /// description's `[twin]` section names. How the mass is shared out, foot
+    /// radius, torso height and the supply are our assumptions.
     pub fn ant(leg_scale: f64) -> Result<Self, RobotError> {
-        let robot = Self {
-            name: "Ant".to_owned(),
-            joint_limit_deg: 55.0,
-            geometry: Geometry {
-                hip_offset_m: 0.07,
-                thigh_m: 0.1414,
-                shin_m: 0.23,
-                leg_scale,
-                shin_below_horizontal_deg: 43.0,
-                foot_radius_m: 0.01,
-                torso_half_height_m: 0.02,
-            },
-            mass: Mass { torso_kg: 0.34, servo_kg: 0.055, thigh_kg: 0.01, shin_kg: 0.02 },
-            servo: Servo {
-                stiffness_n_m_rad: 4.0,
-                damping_n_m_s_rad: 0.51,
-                no_load_speed_rad_s: 2.16,
-                torque_limit_n_m: 1.3,
-                end_stop_deg: 90.0,
-                neutral_pulse_us: 1346.4,
-                pulse_us_per_deg: 6.8,
-            },
-            ground: Ground { friction: 0.436 },
-            power: Power { electronics_w: 0.197, efficiency: 1.0 },
-            supply: Supply { nominal_v: 5.0, resistance_ohm: 0.1 },
-        };
+        let mut robot: Self = toml::from_str(ANT).map_err(|source| RobotError::Parse {
+            path: "robots/ant/robot.toml".into(),
+            source: Box::new(source),
+        })?;
+        robot.geometry.leg_scale = leg_scale;
         robot.check()?;
         Ok(robot)
     }
@@ -257,12 +294,15 @@ impl Robot {
             ("servo.damping_n_m_s_rad", servo.damping_n_m_s_rad, 0.0, 20.0),
             ("servo.no_load_speed_rad_s", servo.no_load_speed_rad_s, 0.1, 50.0),
             ("servo.torque_limit_n_m", servo.torque_limit_n_m, 0.0, 50.0),
+            ("servo.friction_n_m", servo.friction_n_m, 0.0, 5.0),
+            ("servo.dead_band_deg", servo.dead_band_deg, 0.0, 10.0),
             ("servo.end_stop_deg", servo.end_stop_deg, self.joint_limit_deg, 180.0),
             ("servo.neutral_pulse_us", servo.neutral_pulse_us, 500.0, 2500.0),
             ("servo.pulse_us_per_deg", servo.pulse_us_per_deg, 1.0, 30.0),
             ("ground.friction", ground.friction, 0.0, 2.0),
             ("power.electronics_w", power.electronics_w, 0.0, 100.0),
             ("power.efficiency", power.efficiency, 0.05, 1.0),
+            ("power.heat_w_per_n2_m2", power.heat_w_per_n2_m2, 0.0, 1000.0),
             ("supply.nominal_v", supply.nominal_v, 1.0, 26.0),
             ("supply.resistance_ohm", supply.resistance_ohm, 0.0, 5.0),
         ];
@@ -271,6 +311,11 @@ impl Robot {
             if !(min..=max).contains(&value) {
                 return Err(RobotError::OutOfRange { field, value, min, max });
             }
+        }
+        if let Some(value) = self.twin.as_ref().map(|twin| twin.sample_s)
+            && !(0.02..=1.0).contains(&value)
+        {
+            return Err(RobotError::OutOfRange { field: "twin.sample_s", value, min: 0.02, max: 1.0 });
         }
         Ok(())
     }

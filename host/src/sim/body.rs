@@ -13,9 +13,6 @@ use rapier3d::prelude::*;
 /// Azimuth of each leg, 45, 135, 225 and 315 degrees, as the sign of cosine and sine.
 pub const LEG_SIGNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
 
-/// Physics steps in a second.
-const STEPS_PER_S: Real = 240.0;
-
 /// A servo's largest dimension, for its inertia: 40 mm, the standard size.
 const SERVO_SIZE_M: f64 = 0.04;
 /// How thick a leg's tube is where it may touch the ground.
@@ -37,6 +34,7 @@ pub struct Pose0 {
     pub height_m: f64,
     pub yaw_rad: f64,
     pub friction: f64,
+    pub step_s: f64,
 }
 
 /// Floats of the engine are single; this is where ours become so.
@@ -122,7 +120,7 @@ impl Body {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         let parameters = &mut physics.integration_parameters;
-        parameters.dt = 1.0 / STEPS_PER_S;
+        parameters.dt = real(start.step_s);
         // One pass of four sweeps: with these the speed agrees with a converged
         // solution to a few percent; the warm start does the rest.
         parameters.num_solver_iterations = 1;
@@ -210,6 +208,9 @@ impl Body {
         let damping = multibody.damping_mut();
         damping.fill(0.0);
         damping.rows_mut(6, 8).fill(real(robot.servo.damping_n_m_s_rad));
+        if robot.servo.friction_n_m > 0.0 {
+            multibody.frictions_mut().rows_mut(6, 8).fill(real(robot.servo.friction_n_m));
+        }
         let mut displacements = [0.0; 14];
         for (displacement, &angle) in displacements[6..].iter_mut().zip(&start.joint_angles_rad) {
             *displacement = real(angle);

@@ -43,6 +43,10 @@ pub struct Walk {
     pub energy_j: f64,
     /// Energy over time.
     pub mean_power_w: f64,
+    /// Positive work of the servos' horns over time.
+    pub mean_mechanical_power_w: f64,
+    /// Mean of the servos' squared torques, summed over servos.
+    pub mean_squared_torque_n2_m2: f64,
     /// Energy per weight and distance; infinite where the robot stood still.
     pub cost_of_transport: f64,
     /// Turned by this much, counter-clockwise, whole turns included.
@@ -57,13 +61,12 @@ pub struct Walk {
 
 /// Plays `gait`, angles in radians for a time in seconds from 0, on a fresh robot.
 pub fn play(robot: &Robot, trial: &Trial, mut gait: impl FnMut(f64) -> [f64; 8]) -> Walk {
-    let mut world = World::new(robot);
-    world.reset(&[0.0; 8], &trial.start);
-    play_in(&mut world, trial, &mut gait)
+    play_in(&mut World::new(robot), trial, &mut gait)
 }
 
-/// Plays `gait` in a world that stands at neutral.
-fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 8]) -> Walk {
+/// Plays `gait` in a world, from its start anew.
+pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 8]) -> Walk {
+    world.reset(&[0.0; 8], &trial.start);
     let steps_per_frame = (1.0 / (FRAME_RATE_HZ * World::STEP_S)).round() as usize;
     let frames = |duration_s: f64| (duration_s * FRAME_RATE_HZ).round().max(0.0) as usize;
 
@@ -82,6 +85,7 @@ fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 
     let before = world.torso();
     let frame_count = frames(trial.duration_s);
     let mut servo_energy_j = 0.0;
+    let (mut mechanical_j, mut squared_torque_n2_m2_s) = (0.0, 0.0);
     let mut turned_rad = 0.0;
     let mut yaw_rad = before.yaw_rad();
     let mut max_tilt_rad = 0.0_f64;
@@ -89,7 +93,10 @@ fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
         for _ in 0..steps_per_frame {
-            servo_energy_j += world.step(&setpoints).servo_power_w * World::STEP_S;
+            let outcome = world.step(&setpoints);
+            servo_energy_j += outcome.servo_power_w * World::STEP_S;
+            mechanical_j += outcome.mechanical_power_w * World::STEP_S;
+            squared_torque_n2_m2_s += outcome.squared_torque_n2_m2 * World::STEP_S;
         }
         let torso = world.torso();
         let turn_rad = torso.yaw_rad() - yaw_rad;
@@ -111,6 +118,8 @@ fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 
         speed_m_s: distance_m / duration_s,
         energy_j,
         mean_power_w: energy_j / duration_s,
+        mean_mechanical_power_w: mechanical_j / duration_s,
+        mean_squared_torque_n2_m2: squared_torque_n2_m2_s / duration_s,
         cost_of_transport: energy_j / (world.robot().mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
         turned_rad,
         max_tilt_rad,

@@ -27,6 +27,8 @@ pub struct World {
     servo_setpoints_rad: [f64; 8],
     joint_angles_rad: [f64; 8],
     joint_speeds_rad_s: [f64; 8],
+    /// Physics steps in a [`World::STEP_S`].
+    substeps: u32,
 }
 
 /// What one step came to.
@@ -37,6 +39,10 @@ pub struct StepOutcome {
     /// What the servos' horns deliver: the sum over servos of torque times
     /// speed where that is positive. A servo that is driven gives nothing back.
     pub mechanical_power_w: f64,
+    /// What the servos' horns get back from the robot; they keep none of it.
+    pub returned_power_w: f64,
+    /// Sum over the driven servos of squared torque: their windings' heat goes with it.
+    pub squared_torque_n2_m2: f64,
 }
 
 /// The torso's middle, in the world's frame.
@@ -75,15 +81,22 @@ impl World {
     /// The robot standing at neutral.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
-        Self::standing(robot.clone(), &[0.0; 8], &Start::default())
+        Self::refined(robot, 1)
+    }
+
+    /// The same, computed in so many physics steps each [`Self::STEP_S`]: tells
+    /// what of a result is the step's doing. At least 1.
+    #[must_use]
+    pub fn refined(robot: &Robot, substeps: u32) -> Self {
+        Self::standing(robot.clone(), &[0.0; 8], &Start::default(), substeps.max(1))
     }
 
     /// Starts over, standing with these joint angles, changed as `start` says.
     pub fn reset(&mut self, joint_angles_rad: &[f64; 8], start: &Start) {
-        *self = Self::standing(self.robot.clone(), joint_angles_rad, start);
+        *self = Self::standing(self.robot.clone(), joint_angles_rad, start, self.substeps);
     }
 
-    fn standing(robot: Robot, asked_rad: &[f64; 8], start: &Start) -> Self {
+    fn standing(robot: Robot, asked_rad: &[f64; 8], start: &Start, substeps: u32) -> Self {
         let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
         let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
         let radius_m = robot.geometry.foot_radius_m;
@@ -98,6 +111,7 @@ impl World {
             height_m: height_m + start.drop_m,
             yaw_rad: start.yaw_rad,
             friction: (robot.ground.friction * (1.0 + start.friction_share)).max(0.0),
+            step_s: Self::STEP_S / f64::from(substeps),
         };
         let body = Body::new(&robot, &pose);
         Self {
@@ -106,6 +120,7 @@ impl World {
             servo_setpoints_rad: angles,
             joint_angles_rad: angles,
             joint_speeds_rad_s: [0.0; 8],
+            substeps,
         }
     }
 
@@ -119,6 +134,19 @@ impl World {
     /// not pull, and only its gears resist. A setpoint beyond the end stop, or
     /// one that is no number, is the end stop, or the setpoint before.
     pub fn step(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
+        let mut mean = StepOutcome::default();
+        let share = 1.0 / f64::from(self.substeps);
+        for _ in 0..self.substeps {
+            let one = self.substep(setpoints_rad);
+            mean.servo_power_w += share * one.servo_power_w;
+            mean.mechanical_power_w += share * one.mechanical_power_w;
+            mean.returned_power_w += share * one.returned_power_w;
+            mean.squared_torque_n2_m2 += share * one.squared_torque_n2_m2;
+        }
+        mean
+    }
+
+    fn substep(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
         let mut torques_n_m = [0.0; 8];
         for (j, asked) in setpoints_rad.iter().enumerate() {
             torques_n_m[j] = self.drive(j, *asked);
@@ -128,17 +156,23 @@ impl World {
         let speeds_before_rad_s = self.joint_speeds_rad_s;
         self.read_joints();
 
-        let mut mechanical_power_w = 0.0;
-        for (j, torque_n_m) in torques_n_m.iter().enumerate() {
-            // Damping is implicit: it acts at the speed after the step. A limp
-            // servo's gears only take.
-            let resisting_n_m = self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
-            let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
-            if setpoints_rad[j].is_some() {
-                mechanical_power_w += ((torque_n_m - resisting_n_m) * speed_rad_s).max(0.0);
+        let mut outcome = StepOutcome::default();
+        for (j, pull_n_m) in torques_n_m.iter().enumerate() {
+            // A limp servo's gears only take.
+            if setpoints_rad[j].is_none() {
+                continue;
             }
+            // Damping is implicit: it acts at the speed after the step.
+            let torque_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
+            let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
+            outcome.mechanical_power_w += (torque_n_m * speed_rad_s).max(0.0);
+            outcome.returned_power_w += (-torque_n_m * speed_rad_s).max(0.0);
+            outcome.squared_torque_n2_m2 += torque_n_m * torque_n_m;
         }
-        StepOutcome { servo_power_w: mechanical_power_w / self.robot.power.efficiency, mechanical_power_w }
+        let power = &self.robot.power;
+        outcome.servo_power_w = outcome.mechanical_power_w / power.efficiency
+            + power.heat_w_per_n2_m2 * outcome.squared_torque_n2_m2;
+        outcome
     }
 
     /// One servo's law: where its setpoint goes and how hard it pulls.
@@ -154,13 +188,15 @@ impl World {
                 0.0
             }
             Some(asked_rad) => {
-                let reach_rad = servo.no_load_speed_rad_s * Self::STEP_S;
+                let reach_rad = servo.no_load_speed_rad_s * Self::STEP_S / f64::from(self.substeps);
                 if asked_rad.is_finite() {
                     let asked_rad = asked_rad.clamp(-stop_rad, stop_rad);
                     *setpoint += (asked_rad - *setpoint).clamp(-reach_rad, reach_rad);
                 }
                 let limit_n_m = servo.torque_limit_n_m;
-                (servo.stiffness_n_m_rad * (*setpoint - angle_rad)).clamp(-limit_n_m, limit_n_m)
+                let (error_rad, dead_rad) = (*setpoint - angle_rad, servo.dead_band_deg.to_radians());
+                let outside_rad = error_rad - error_rad.clamp(-dead_rad, dead_rad);
+                (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
         pull_n_m - END_STOP_N_M_RAD * (angle_rad - angle_rad.clamp(-stop_rad, stop_rad))

@@ -1,0 +1,119 @@
+//! What a fit may change, and how far.
+//!
+//! Owns names and bounds. Power is not among them: see [`super::power`].
+
+use super::TwinError;
+use crate::robot::{PowerLine, Robot, TwinRecord};
+use std::collections::BTreeMap;
+
+/// One number of the description.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Its path in the file.
+    pub name: &'static str,
+    /// Least that is searched.
+    pub min: f64,
+    /// Most that is searched.
+    pub max: f64,
+    /// Whether a fit changes it unless told what to change.
+    pub by_default: bool,
+    get: fn(&Robot) -> f64,
+    set: fn(&mut Robot, f64),
+}
+
+/// The sample time that a search starts from, where the robot has none.
+const FIRST_SAMPLE_S: f64 = 0.117;
+
+macro_rules! field {
+    ($name:literal, $min:literal to $max:literal, $default:literal, $($path:ident).+) => {
+        Parameter {
+            name: $name,
+            min: $min,
+            max: $max,
+            by_default: $default,
+            get: |robot| robot.$($path).+,
+            set: |robot, value| robot.$($path).+ = value,
+        }
+    };
+}
+
+/// All of them.
+pub const PARAMETERS: [Parameter; 12] = [
+    field!("ground.friction", 0.2 to 0.9, true, ground.friction),
+    field!("servo.stiffness_n_m_rad", 1.0 to 12.0, true, servo.stiffness_n_m_rad),
+    field!("servo.damping_n_m_s_rad", 0.02 to 1.0, true, servo.damping_n_m_s_rad),
+    field!("servo.no_load_speed_rad_s", 1.0 to 6.0, true, servo.no_load_speed_rad_s),
+    field!("servo.torque_limit_n_m", 0.15 to 1.5, true, servo.torque_limit_n_m),
+    field!("servo.friction_n_m", 0.0 to 0.15, true, servo.friction_n_m),
+    field!("servo.dead_band_deg", 0.0 to 3.0, true, servo.dead_band_deg),
+    field!("geometry.shin_below_horizontal_deg", 38.0 to 62.0, true, geometry.shin_below_horizontal_deg),
+    field!("geometry.foot_radius_m", 0.004 to 0.02, false, geometry.foot_radius_m),
+    field!("mass.torso_kg", 0.25 to 0.55, true, mass.torso_kg),
+    field!("servo.end_stop_deg", 30.0 to 90.0, false, servo.end_stop_deg),
+    Parameter {
+        name: "twin.sample_s",
+        min: 0.08,
+        max: 0.15,
+        by_default: true,
+        get: |robot| robot.twin.as_ref().map_or(FIRST_SAMPLE_S, |twin| twin.sample_s),
+        set: |robot, value| record(robot).sample_s = value,
+    },
+];
+
+/// The robot's record of its fit, made where there is none.
+pub fn record(robot: &mut Robot) -> &mut TwinRecord {
+    let none = PowerLine { constant_w: 0.0, slope_w: 0.0 };
+    robot.twin.get_or_insert_with(|| TwinRecord {
+        sample_s: FIRST_SAMPLE_S,
+        methods: Vec::new(),
+        seed: 0,
+        evaluations: 0,
+        score: 0.0,
+        free_power: none,
+        baseline_power: none,
+        spread: BTreeMap::new(),
+    })
+}
+
+impl Parameter {
+    /// Its value in 0 to 1 of its range.
+    #[must_use]
+    pub fn share_of(&self, robot: &Robot) -> f64 {
+        ((self.value_of(robot) - self.min) / (self.max - self.min)).clamp(0.0, 1.0)
+    }
+
+    /// Its value.
+    #[must_use]
+    pub fn value_of(&self, robot: &Robot) -> f64 {
+        (self.get)(robot)
+    }
+
+    /// Its value at a share of its range; a share outside 0 to 1 is folded back in.
+    #[must_use]
+    pub fn value_at(&self, share: f64) -> f64 {
+        let share = share.rem_euclid(2.0);
+        self.min + (self.max - self.min) * if share > 1.0 { 2.0 - share } else { share }
+    }
+
+    /// Puts a value into the robot's description.
+    pub fn put(&self, robot: &mut Robot, value: f64) {
+        (self.set)(robot, value);
+    }
+
+    /// The named ones, or those that a fit changes by default.
+    ///
+    /// # Errors
+    /// [`TwinError::Parameter`] for a name that is none.
+    pub fn choose(names: &[String]) -> Result<Vec<Self>, TwinError> {
+        if names.is_empty() {
+            return Ok(PARAMETERS.into_iter().filter(|parameter| parameter.by_default).collect());
+        }
+        let find = |name: &String| {
+            PARAMETERS.into_iter().find(|parameter| parameter.name == name).ok_or_else(|| {
+                let has: Vec<_> = PARAMETERS.iter().map(|parameter| parameter.name).collect();
+                TwinError::Parameter { name: name.clone(), has: has.join(", ") }
+            })
+        };
+        names.iter().map(find).collect()
+    }
+}

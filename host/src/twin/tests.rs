@@ -1,0 +1,1 @@
+//! Synthetic robots, tables and trials.
