@@ -121,6 +121,9 @@ pub struct Ground {
 
 /// From mechanical to electrical power:
 /// `electronics + positive work / efficiency + heat * torque^2`.
+///
+/// The last is a winding's `I^2 R`, and the work that the robot returns to a
+/// driven servo heats its winding first: the supply pays what is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Power {
@@ -296,7 +299,7 @@ impl Robot {
             ("servo.torque_limit_n_m", servo.torque_limit_n_m, 0.0, 50.0),
             ("servo.friction_n_m", servo.friction_n_m, 0.0, 5.0),
             ("servo.dead_band_deg", servo.dead_band_deg, 0.0, 10.0),
-            ("servo.end_stop_deg", servo.end_stop_deg, self.joint_limit_deg, 180.0),
+            ("servo.end_stop_deg", servo.end_stop_deg, 20.0, 180.0),
             ("servo.neutral_pulse_us", servo.neutral_pulse_us, 500.0, 2500.0),
             ("servo.pulse_us_per_deg", servo.pulse_us_per_deg, 1.0, 30.0),
             ("ground.friction", ground.friction, 0.0, 2.0),

@@ -190,6 +190,9 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         bar.set_message(format!("score {:.2} %", 100.0 * progress.score));
         if progress.evaluations >= saved + SAVED_EVERY {
             saved = progress.evaluations;
+            if bar.is_hidden() {
+                eprintln!("{saved} of {} sets, score {:.2} %", args.budget, 100.0 * progress.score);
+            }
             lost = run_folder::write(&path, progress.best.to_toml().as_bytes()).err();
         }
         !stop.load(Ordering::Relaxed) && lost.is_none()

@@ -45,8 +45,8 @@ pub struct Walk {
     pub mean_power_w: f64,
     /// Positive work of the servos' horns over time.
     pub mean_mechanical_power_w: f64,
-    /// Mean of the servos' squared torques, summed over servos.
-    pub mean_squared_torque_n2_m2: f64,
+    /// Heat of the servos' windings that the supply pays, over time.
+    pub mean_holding_power_w: f64,
     /// Energy per weight and distance; infinite where the robot stood still.
     pub cost_of_transport: f64,
     /// Turned by this much, counter-clockwise, whole turns included.
@@ -85,7 +85,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let before = world.torso();
     let frame_count = frames(trial.duration_s);
     let mut servo_energy_j = 0.0;
-    let (mut mechanical_j, mut squared_torque_n2_m2_s) = (0.0, 0.0);
+    let (mut mechanical_j, mut holding_j) = (0.0, 0.0);
     let mut turned_rad = 0.0;
     let mut yaw_rad = before.yaw_rad();
     let mut max_tilt_rad = 0.0_f64;
@@ -96,7 +96,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
             let outcome = world.step(&setpoints);
             servo_energy_j += outcome.servo_power_w * World::STEP_S;
             mechanical_j += outcome.mechanical_power_w * World::STEP_S;
-            squared_torque_n2_m2_s += outcome.squared_torque_n2_m2 * World::STEP_S;
+            holding_j += outcome.holding_power_w * World::STEP_S;
         }
         let torso = world.torso();
         let turn_rad = torso.yaw_rad() - yaw_rad;
@@ -119,7 +119,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         energy_j,
         mean_power_w: energy_j / duration_s,
         mean_mechanical_power_w: mechanical_j / duration_s,
-        mean_squared_torque_n2_m2: squared_torque_n2_m2_s / duration_s,
+        mean_holding_power_w: holding_j / duration_s,
         cost_of_transport: energy_j / (world.robot().mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
         turned_rad,
         max_tilt_rad,

@@ -19,6 +19,9 @@ const CONTACT_M: f64 = 0.001;
 const END_STOP_N_M_RAD: f64 = 20.0;
 /// Beyond this tilt the robot will not stand up again by itself.
 const FALLEN_TILT_RAD: f64 = 1.0;
+/// Below this share of its voltage a servo's own electronics resets; nothing
+/// here models that, so the supply does not sag further.
+const LEAST_VOLTAGE_SHARE: f64 = 0.5;
 
 /// The simulated robot.
 pub struct World {
@@ -29,6 +32,8 @@ pub struct World {
     joint_speeds_rad_s: [f64; 8],
     /// Physics steps in a [`World::STEP_S`].
     substeps: u32,
+    /// What is left of the supply's voltage under the load of the step before.
+    voltage_share: f64,
 }
 
 /// What one step came to.
@@ -41,8 +46,10 @@ pub struct StepOutcome {
     pub mechanical_power_w: f64,
     /// What the servos' horns get back from the robot; they keep none of it.
     pub returned_power_w: f64,
-    /// Sum over the driven servos of squared torque: their windings' heat goes with it.
-    pub squared_torque_n2_m2: f64,
+    /// Heat of the windings.
+    pub heat_power_w: f64,
+    /// The windings' heat that the supply pays: what is returned to a servo heats it first.
+    pub holding_power_w: f64,
 }
 
 /// The torso's middle, in the world's frame.
@@ -121,6 +128,7 @@ impl World {
             joint_angles_rad: angles,
             joint_speeds_rad_s: [0.0; 8],
             substeps,
+            voltage_share: 1.0,
         }
     }
 
@@ -141,7 +149,8 @@ impl World {
             mean.servo_power_w += share * one.servo_power_w;
             mean.mechanical_power_w += share * one.mechanical_power_w;
             mean.returned_power_w += share * one.returned_power_w;
-            mean.squared_torque_n2_m2 += share * one.squared_torque_n2_m2;
+            mean.heat_power_w += share * one.heat_power_w;
+            mean.holding_power_w += share * one.holding_power_w;
         }
         mean
     }
@@ -157,6 +166,7 @@ impl World {
         self.read_joints();
 
         let mut outcome = StepOutcome::default();
+        let power = &self.robot.power;
         for (j, pull_n_m) in torques_n_m.iter().enumerate() {
             // A limp servo's gears only take.
             if setpoints_rad[j].is_none() {
@@ -165,13 +175,18 @@ impl World {
             // Damping is implicit: it acts at the speed after the step.
             let torque_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
             let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
-            outcome.mechanical_power_w += (torque_n_m * speed_rad_s).max(0.0);
-            outcome.returned_power_w += (-torque_n_m * speed_rad_s).max(0.0);
-            outcome.squared_torque_n2_m2 += torque_n_m * torque_n_m;
+            let horn_w = torque_n_m * speed_rad_s;
+            let heat_w = power.heat_w_per_n2_m2 * torque_n_m * torque_n_m;
+            outcome.mechanical_power_w += horn_w.max(0.0);
+            outcome.returned_power_w += (-horn_w).max(0.0);
+            outcome.heat_power_w += heat_w;
+            outcome.holding_power_w += (heat_w + horn_w.min(0.0)).max(0.0);
         }
-        let power = &self.robot.power;
-        outcome.servo_power_w = outcome.mechanical_power_w / power.efficiency
-            + power.heat_w_per_n2_m2 * outcome.squared_torque_n2_m2;
+        outcome.servo_power_w = outcome.mechanical_power_w / power.efficiency + outcome.holding_power_w;
+        let supply = &self.robot.supply;
+        let current_a = outcome.servo_power_w / supply.nominal_v;
+        self.voltage_share =
+            (1.0 - current_a * supply.resistance_ohm / supply.nominal_v).max(LEAST_VOLTAGE_SHARE);
         outcome
     }
 
@@ -188,7 +203,8 @@ impl World {
                 0.0
             }
             Some(asked_rad) => {
-                let reach_rad = servo.no_load_speed_rad_s * Self::STEP_S / f64::from(self.substeps);
+                let step_s = Self::STEP_S / f64::from(self.substeps);
+                let reach_rad = servo.no_load_speed_rad_s * self.voltage_share * step_s;
                 if asked_rad.is_finite() {
                     let asked_rad = asked_rad.clamp(-stop_rad, stop_rad);
                     *setpoint += (asked_rad - *setpoint).clamp(-reach_rad, reach_rad);
@@ -196,7 +212,8 @@ impl World {
                 let limit_n_m = servo.torque_limit_n_m;
                 let (error_rad, dead_rad) = (*setpoint - angle_rad, servo.dead_band_deg.to_radians());
                 let outside_rad = error_rad - error_rad.clamp(-dead_rad, dead_rad);
-                (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
+                // A bridge's voltage, and so the torque, goes with the supply's.
+                self.voltage_share * (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
         pull_n_m - END_STOP_N_M_RAD * (angle_rad - angle_rad.clamp(-stop_rad, stop_rad))
@@ -308,5 +325,7 @@ impl World {
     }
 }
 
+#[cfg(test)]
+mod books;
 #[cfg(test)]
 mod tests;

@@ -119,7 +119,8 @@ pub fn fit(
         {
             let values: Vec<f64> =
                 parameters.iter().zip(individual.point.iter()).map(|(p, share)| p.value_at(*share)).collect();
-            let (score, robot) = judge(&with(start, parameters, &values), &cases, trials.weight_n);
+            let (score, mut robot) = judge(&with(start, parameters, &values), &cases, trials.weight_n);
+            record(&mut robot).score = score;
             best = (score, robot);
         }
         let evaluations = search.function_evals() as u64;
@@ -178,7 +179,7 @@ fn judge(robot: &Robot, cases: &[Case], weight_n: f64) -> (f64, Robot) {
     record(&mut robot);
     let predictions = play(&robot, cases);
     let measured = |k: usize| -> Vec<f64> { cases.iter().map(|case| case.measured[k]).collect() };
-    robot.power = power::best(&predictions, &measured(1));
+    robot.power = power::best(&robot.power, &predictions, &measured(1));
     if predictions.iter().any(|prediction| prediction.fell || prediction.speed_m_s < 1e-3) {
         return (OUT, robot);
     }

@@ -1,6 +1,7 @@
 //! What a fit may change, and how far.
 //!
-//! Owns names and bounds. Power is not among them: see [`super::power`].
+//! Owns names and bounds. Electronics and efficiency are not among them: see
+//! [`super::power`].
 
 use super::TwinError;
 use crate::robot::{PowerLine, Robot, TwinRecord};
@@ -38,17 +39,19 @@ macro_rules! field {
 }
 
 /// All of them.
-pub const PARAMETERS: [Parameter; 12] = [
-    field!("ground.friction", 0.2 to 0.9, true, ground.friction),
+pub const PARAMETERS: [Parameter; 14] = [
+    field!("ground.friction", 0.3 to 0.9, true, ground.friction),
     field!("servo.stiffness_n_m_rad", 1.0 to 12.0, true, servo.stiffness_n_m_rad),
     field!("servo.damping_n_m_s_rad", 0.02 to 1.0, true, servo.damping_n_m_s_rad),
     field!("servo.no_load_speed_rad_s", 1.0 to 6.0, true, servo.no_load_speed_rad_s),
-    field!("servo.torque_limit_n_m", 0.15 to 1.5, true, servo.torque_limit_n_m),
+    field!("servo.torque_limit_n_m", 0.3 to 2.0, true, servo.torque_limit_n_m),
     field!("servo.friction_n_m", 0.0 to 0.15, true, servo.friction_n_m),
-    field!("servo.dead_band_deg", 0.0 to 3.0, true, servo.dead_band_deg),
+    field!("servo.dead_band_deg", 0.0 to 1.0, true, servo.dead_band_deg),
     field!("geometry.shin_below_horizontal_deg", 38.0 to 62.0, true, geometry.shin_below_horizontal_deg),
     field!("geometry.foot_radius_m", 0.004 to 0.02, false, geometry.foot_radius_m),
     field!("mass.torso_kg", 0.25 to 0.55, true, mass.torso_kg),
+    field!("power.heat_w_per_n2_m2", 0.0 to 3.0, true, power.heat_w_per_n2_m2),
+    field!("supply.resistance_ohm", 0.0 to 4.0, false, supply.resistance_ohm),
     field!("servo.end_stop_deg", 30.0 to 90.0, false, servo.end_stop_deg),
     Parameter {
         name: "twin.sample_s",
@@ -92,7 +95,8 @@ impl Parameter {
     #[must_use]
     pub fn value_at(&self, share: f64) -> f64 {
         let share = share.rem_euclid(2.0);
-        self.min + (self.max - self.min) * if share > 1.0 { 2.0 - share } else { share }
+        let share = if share > 1.0 { 2.0 - share } else { share };
+        (self.min + (self.max - self.min) * share).clamp(self.min, self.max)
     }
 
     /// Puts a value into the robot's description.

@@ -1,66 +1,53 @@
 //! The electrical power that explains measured powers best, within physics.
 //!
-//! `P = electronics + mechanical / efficiency + heat * torque^2` is linear in
-//! three numbers that must stay within bounds, so the best are found exactly
-//! for any simulated trials, and the search has three parameters less.
+//! `P = electronics + mechanical / efficiency + holding` is linear in two
+//! numbers that must stay within bounds, so the best are found exactly for any
+//! simulated trials, and the search has two parameters less.
 
 use super::predict::Prediction;
 use crate::robot::Power;
-use nalgebra::{DMatrix, DVector};
 
 /// Controller, driver and eight idle servos: 20 to 100 mA at 5 V.
 const ELECTRONICS_W: (f64, f64) = (0.1, 0.5);
 /// One over the efficiency, which is never above 1 and no servo's below 0.1.
 const INVERSE_EFFICIENCY: (f64, f64) = (1.0, 10.0);
-/// The winding's heat. A servo that is stalled at 1 N m draws 5 to 10 W.
-const HEAT_W_PER_N2_M2: (f64, f64) = (0.0, 10.0);
 
 /// Least squares of the relative errors of power, within the bounds.
-pub fn best(predictions: &[Prediction], measured_w: &[f64]) -> Power {
-    let bounds = [ELECTRONICS_W, INVERSE_EFFICIENCY, HEAT_W_PER_N2_M2];
-    let columns = |p: &Prediction| [1.0, p.mechanical_w, p.squared_torque_n2_m2];
+pub fn best(power: &Power, predictions: &[Prediction], measured_w: &[f64]) -> Power {
+    // Each trial: e a + k b = c, in shares of what was measured.
     let rows: Vec<[f64; 3]> = predictions
         .iter()
         .zip(measured_w)
-        .map(|(prediction, measured)| columns(prediction).map(|value| value / measured))
+        .map(|(p, measured)| [1.0 / measured, p.mechanical_w / measured, 1.0 - p.holding_w / measured])
         .collect();
-    let residual = |x: &[f64; 3]| -> f64 {
-        rows.iter().map(|row| (row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>() - 1.0).powi(2)).sum()
-    };
-    let mut best = [bounds[0].0, bounds[1].0, bounds[2].0];
-    let mut least = residual(&best);
-    // Each number is free, or at its lower, or at its upper bound.
-    for code in 0..27 {
-        let mut x = [0.0; 3];
-        let mut free = Vec::new();
-        for (k, value) in x.iter_mut().enumerate() {
-            match code / 3_usize.pow(k as u32) % 3 {
-                0 => free.push(k),
-                1 => *value = bounds[k].0,
-                _ => *value = bounds[k].1,
-            }
-        }
-        if !free.is_empty() {
-            let matrix = DMatrix::from_fn(rows.len(), free.len(), |row, k| rows[row][free[k]]);
-            let rest = DVector::from_fn(rows.len(), |row, _| {
-                1.0 - rows[row].iter().zip(&x).map(|(a, b)| a * b).sum::<f64>()
-            });
-            let Ok(solved) = matrix.svd(true, true).solve(&rest, 1e-12) else { continue };
-            for (k, value) in free.iter().zip(solved.iter()) {
-                x[*k] = *value;
-            }
-        }
-        let allowed = x.iter().zip(bounds).all(|(value, (min, max))| (min..=max).contains(value));
-        if allowed && residual(&x) < least {
-            (best, least) = (x, residual(&x));
+    let sum = |of: fn(&[f64; 3]) -> f64| rows.iter().map(of).sum::<f64>();
+    let (aa, bb, ab) = (sum(|r| r[0] * r[0]), sum(|r| r[1] * r[1]), sum(|r| r[0] * r[1]));
+    let (ac, bc) = (sum(|r| r[0] * r[2]), sum(|r| r[1] * r[2]));
+    let within = |value: f64, (min, max): (f64, f64)| value.max(min).min(max);
+    let determinant = aa * bb - ab * ab;
+    let inside = [(ac * bb - bc * ab) / determinant, (bc * aa - ac * ab) / determinant];
+    // The least of a bowl over a rectangle lies inside, or on one of four edges.
+    let on_edge_of_e = |e: f64| [e, within((bc - ab * e) / bb, INVERSE_EFFICIENCY)];
+    let on_edge_of_k = |k: f64| [within((ac - ab * k) / aa, ELECTRONICS_W), k];
+    let candidates = [
+        [within(inside[0], ELECTRONICS_W), within(inside[1], INVERSE_EFFICIENCY)],
+        on_edge_of_e(ELECTRONICS_W.0),
+        on_edge_of_e(ELECTRONICS_W.1),
+        on_edge_of_k(INVERSE_EFFICIENCY.0),
+        on_edge_of_k(INVERSE_EFFICIENCY.1),
+    ];
+    let residual =
+        |x: &[f64; 2]| rows.iter().map(|r| (r[0] * x[0] + r[1] * x[1] - r[2]).powi(2)).sum::<f64>();
+    let mut best = [ELECTRONICS_W.0, INVERSE_EFFICIENCY.0];
+    for candidate in candidates {
+        if residual(&candidate) < residual(&best) {
+            best = candidate;
         }
     }
-    Power { electronics_w: best[0], efficiency: 1.0 / best[1], heat_w_per_n2_m2: best[2] }
+    Power { electronics_w: best[0], efficiency: 1.0 / best[1], ..power.clone() }
 }
 
 /// What that power model says of a trial.
 pub fn of(power: &Power, prediction: &Prediction) -> f64 {
-    power.electronics_w
-        + prediction.mechanical_w / power.efficiency
-        + power.heat_w_per_n2_m2 * prediction.squared_torque_n2_m2
+    power.electronics_w + prediction.mechanical_w / power.efficiency + prediction.holding_w
 }

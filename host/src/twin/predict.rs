@@ -15,8 +15,8 @@ pub struct Prediction {
     pub speed_m_s: f64,
     /// Positive work of the servos' horns over time.
     pub mechanical_w: f64,
-    /// Mean squared torque, summed over servos.
-    pub squared_torque_n2_m2: f64,
+    /// Heat of the windings that the supply pays.
+    pub holding_w: f64,
     /// Electrical, by the robot's own power model.
     pub power_w: f64,
     /// Whether it lay down.
@@ -46,7 +46,7 @@ pub fn predict(robot: &Robot, sample_s: f64, angles_rad: &[[f64; 8]], duration_s
     Prediction {
         speed_m_s: walk.speed_m_s,
         mechanical_w: walk.mean_mechanical_power_w,
-        squared_torque_n2_m2: walk.mean_squared_torque_n2_m2,
+        holding_w: walk.mean_holding_power_w,
         power_w: walk.mean_power_w,
         fell: walk.fell,
     }

@@ -111,10 +111,7 @@ pub fn print_fit(robot: &Robot, parameters: &[Parameter], path: &Path, report: &
         println!("  {:<36} {:>8.4} ± {spread:.4}", parameter.name, parameter.value_of(robot));
     }
     let power = &robot.power;
-    println!(
-        "  power: {:.3} W + work / {:.3} + {:.3} W per N²m² of squared torque",
-        power.electronics_w, power.efficiency, power.heat_w_per_n2_m2
-    );
+    println!("  power: {:.3} W + work / {:.3} + what holding takes", power.electronics_w, power.efficiency);
     println!("");
     print(report, false);
 }
