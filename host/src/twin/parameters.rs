@@ -49,7 +49,7 @@ pub const PARAMETERS: [Parameter; 14] = [
     field!("servo.dead_band_deg", 0.0 to 1.0, true, servo.dead_band_deg),
     field!("geometry.shin_below_horizontal_deg", 38.0 to 62.0, true, geometry.shin_below_horizontal_deg),
     field!("geometry.foot_radius_m", 0.004 to 0.02, false, geometry.foot_radius_m),
-    field!("mass.torso_kg", 0.25 to 0.55, true, mass.torso_kg),
+    field!("mass.torso_kg", 0.29 to 0.54, true, mass.torso_kg),
     field!("power.heat_w_per_n2_m2", 0.0 to 3.0, true, power.heat_w_per_n2_m2),
     field!("supply.resistance_ohm", 0.0 to 4.0, false, supply.resistance_ohm),
     field!("servo.end_stop_deg", 30.0 to 90.0, false, servo.end_stop_deg),

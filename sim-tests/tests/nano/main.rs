@@ -7,6 +7,7 @@ mod faults;
 mod port;
 mod stack;
 mod support;
+mod two_ways;
 
 use host::robot::Robot;
 use host::sim::World;

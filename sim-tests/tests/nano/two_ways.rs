@@ -1,0 +1,74 @@
+//! One gait, measured twice: by the simulation alone, and by the firmware in
+//! the emulated Nano with its buses, pulses and supply around the same body.
+
+use crate::support::{energy_at, image};
+use host::energy::STANDARD_GRAVITY_M_S2;
+use host::robot::Robot;
+use host::sim::open_loop::{self, Trial};
+use host::sim::{Perturbation, Start};
+use protocol::Command;
+use sim_tests::client::Client;
+use sim_tests::fixtures::{self, amplitude};
+use sim_tests::nano::seconds;
+use sim_tests::virtual_robot::VirtualRobot;
+
+const FRAMES: u32 = 720;
+const STARTS: u64 = 5;
+const AMPLITUDE: f64 = 2.2;
+
+/// Speed and cost of transport.
+type Result2 = [f64; 2];
+
+fn direct(ant: &Robot, seed: u64) -> Result2 {
+    let gait = fixtures::trot();
+    let start = Start::drawn(&Perturbation::default(), seed);
+    // The robot's first walking frame is the gait's first, as here.
+    let trial = Trial { start, duration_s: f64::from(FRAMES - 1) / 60.0, ..Trial::default() };
+    let walk = open_loop::play(ant, &trial, |t| {
+        let phase = (t / gait.period_s).fract();
+        std::array::from_fn(|joint| gait.angle_deg(joint, phase, AMPLITUDE).to_radians())
+    });
+    [walk.speed_m_s, walk.cost_of_transport]
+}
+
+fn through_the_firmware(ant: &Robot, seed: u64) -> Result2 {
+    let mut robot = VirtualRobot::new(&image(), ant, Some(seed)).unwrap();
+    let mut client = Client::new();
+    client.run_for(&mut robot, 0.3).unwrap();
+    client.upload(&mut robot, &fixtures::trot().table(), amplitude(AMPLITUDE), false).unwrap();
+    client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
+    let walk = Command::Walk { amplitude: None, frames: Some(FRAMES), detached: true, dry_run: false };
+    client.expect_done(&mut robot, walk).unwrap();
+    client.run_for(&mut robot, 18.0).unwrap();
+    let truth = robot.take_truth();
+    let played = |frames: u32| {
+        let reached = client.telemetry().find(|(_, t)| t.trial_frames >= frames).expect("played");
+        seconds(reached.0)
+    };
+    let (began_s, ended_s) = (played(1), played(FRAMES));
+    let at = |time_s: f64| truth[truth.partition_point(|sample| sample.time_s < time_s)];
+    let (from, to) = (at(began_s), at(ended_s));
+    let distance_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
+    let energy_j = energy_at(&truth, ended_s) - energy_at(&truth, began_s);
+    [distance_m / (ended_s - began_s), energy_j / (ant.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m)]
+}
+
+#[test]
+fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
+    let ant = Robot::ant(1.0).unwrap();
+    let mean = |measure: fn(&Robot, u64) -> Result2| {
+        let of: Vec<Result2> = (0..STARTS).map(|seed| measure(&ant, seed)).collect();
+        [0, 1].map(|k| of.iter().map(|one| one[k]).sum::<f64>() / STARTS as f64)
+    };
+
+    let (simulated, robot) = (mean(direct), mean(through_the_firmware));
+
+    println!(
+        "speed {:.4} and {:.4} m/s, cost of transport {:.4} and {:.4}",
+        simulated[0], robot[0], simulated[1], robot[1]
+    );
+    for (k, what) in ["speed", "cost of transport"].into_iter().enumerate() {
+        let apart = robot[k] / simulated[k] - 1.0;
+        assert!(apart.abs() < 0.03, "{what}: {} and {}, {:+.1} %", simulated[k], robot[k], 100.0 * apart);
+    }
+}
