@@ -7,8 +7,13 @@ fn ant() -> Robot {
 }
 
 #[test]
-fn the_ant_weighs_what_the_fit_found() {
-    assert!((ant().mass_kg() - 0.90).abs() < 1e-9, "{} kg", ant().mass_kg());
+fn the_ant_is_the_fitted_one_and_weighs_about_a_kilogram() {
+    let ant = ant();
+
+    let record = ant.twin.as_ref().expect("the description says what it was fitted to");
+    assert_eq!(record.methods, ["psto"]);
+    assert!(record.spread.contains_key("ground.friction"), "{record:?}");
+    assert!((0.8..1.1).contains(&ant.mass_kg()), "{} kg", ant.mass_kg());
 }
 
 #[test]

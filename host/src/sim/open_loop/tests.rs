@@ -38,12 +38,14 @@ fn a_mirrored_gait_walks_the_mirrored_way() {
 }
 
 #[test]
-fn standing_takes_the_electronics_power_and_gets_nowhere() {
+fn standing_takes_the_electronics_power_and_what_holding_takes_and_gets_nowhere() {
     let robot = ant();
 
     let walk = play(&robot, &Trial::default(), |_| [0.0; 8]);
 
-    assert!((walk.mean_power_w - robot.power.electronics_w).abs() < 0.005, "{walk:?}");
+    let servos_w = walk.mean_power_w - robot.power.electronics_w;
+    assert!((servos_w - walk.mean_holding_power_w).abs() < 0.005, "{walk:?}");
+    assert!(walk.mean_mechanical_power_w < 0.005, "{walk:?}");
     assert!(walk.distance_m < 0.002, "{walk:?}");
     assert!(!walk.fell && walk.dragged_share == 0.0);
     assert!(walk.cost_of_transport > 10.0);

@@ -9,7 +9,7 @@ fn ant() -> Robot {
 
 fn hold(world: &mut World, setpoints_rad: &[Option<f64>; 8], duration_s: f64) -> f64 {
     let steps = (duration_s / World::STEP_S).round() as usize;
-    (0..steps).map(|_| world.step(setpoints_rad).servo_power_w * World::STEP_S).sum()
+    (0..steps).map(|_| world.step(setpoints_rad).mechanical_power_w * World::STEP_S).sum()
 }
 
 const NEUTRAL: [Option<f64>; 8] = [Some(0.0); 8];
@@ -87,6 +87,7 @@ fn a_limp_robot_collapses_and_draws_nothing() {
     assert!(world.torso().position_m[2] < 0.05, "torso at {} m", world.torso().position_m[2]);
     assert!(world.body_touches_ground());
     assert_eq!(energy_j, 0.0);
+    assert_eq!(world.step(&[None; 8]).servo_power_w, 0.0);
 }
 
 #[test]
@@ -133,7 +134,9 @@ fn electrical_power_covers_the_mechanical_work() {
 
     assert!(outcomes.iter().any(|o| o.mechanical_power_w > 0.1));
     for outcome in outcomes {
-        assert!((outcome.servo_power_w - 2.0 * outcome.mechanical_power_w).abs() < 1e-12);
+        let expected_w = 2.0 * outcome.mechanical_power_w + outcome.holding_power_w;
+        assert!((outcome.servo_power_w - expected_w).abs() < 1e-12);
+        assert!(outcome.holding_power_w <= outcome.heat_power_w);
     }
 }
 
@@ -166,7 +169,8 @@ fn neutral_stands_as_high_as_the_shins_slope_says() {
         let robot = Robot::ant(leg_scale).expect("a leg scale");
         let world = World::new(&robot);
 
-        let expected_m = 0.01 + (0.23 * leg_scale - 0.01) * 43.0_f64.to_radians().sin();
+        let (radius_m, slope) = (robot.geometry.foot_radius_m, robot.geometry.shin_below_horizontal_deg);
+        let expected_m = radius_m + (0.23 * leg_scale - radius_m) * slope.to_radians().sin();
 
         assert!((world.torso().position_m[2] - expected_m).abs() < 1e-6);
         assert_eq!(world.foot_contacts(), [true; 4]);
