@@ -93,7 +93,7 @@ pub struct Servo {
     pub stiffness_n_m_rad: f64,
     /// Torque against each rad/s of joint speed.
     pub damping_n_m_s_rad: f64,
-    /// Fastest it turns with nothing attached.
+    /// Fastest that its setpoint moves.
     pub no_load_speed_rad_s: f64,
     /// Most that its motor pulls.
     pub torque_limit_n_m: f64,
@@ -109,6 +109,15 @@ pub struct Servo {
     pub neutral_pulse_us: f64,
     /// Change of the pulse per degree.
     pub pulse_us_per_deg: f64,
+}
+
+impl Servo {
+    /// Fastest that it turns with nothing attached: as its setpoint moves, or
+    /// where its damping takes all of its torque.
+    #[must_use]
+    pub fn top_speed_rad_s(&self) -> f64 {
+        self.no_load_speed_rad_s.min(self.torque_limit_n_m / self.damping_n_m_s_rad.max(1e-9))
+    }
 }
 
 /// What the feet stand on.

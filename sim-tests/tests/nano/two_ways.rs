@@ -1,7 +1,7 @@
 //! One gait, measured twice: by the simulation alone, and by the firmware in
 //! the emulated Nano with its buses, pulses and supply around the same body.
 
-use crate::support::{energy_at, image};
+use crate::support::image;
 use host::energy::STANDARD_GRAVITY_M_S2;
 use host::robot::Robot;
 use host::sim::open_loop::{self, Trial};
@@ -42,14 +42,15 @@ fn through_the_firmware(ant: &Robot, seed: u64) -> Result2 {
     client.run_for(&mut robot, 18.0).unwrap();
     let truth = robot.take_truth();
     let played = |frames: u32| {
-        let reached = client.telemetry().find(|(_, t)| t.trial_frames >= frames).expect("played");
-        seconds(reached.0)
+        let (cycle, sample) = client.telemetry().find(|(_, t)| t.trial_frames >= frames).expect("played");
+        (seconds(cycle), sample.trial_energy_uj)
     };
-    let (began_s, ended_s) = (played(1), played(FRAMES));
+    let ((began_s, began_uj), (ended_s, ended_uj)) = (played(1), played(FRAMES));
     let at = |time_s: f64| truth[truth.partition_point(|sample| sample.time_s < time_s)];
     let (from, to) = (at(began_s), at(ended_s));
     let distance_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
-    let energy_j = energy_at(&truth, ended_s) - energy_at(&truth, began_s);
+    // As the robot measures it, behind supply and shunt: what the servos and the electronics draw.
+    let energy_j = (ended_uj - began_uj) as f64 * 1e-6;
     [distance_m / (ended_s - began_s), energy_j / (ant.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m)]
 }
 

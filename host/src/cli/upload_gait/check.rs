@@ -43,7 +43,7 @@ pub struct Check {
 impl Check {
     /// Looks at the gait; `calibration` comes with the words for whose it is.
     pub fn of(material: &Material, amplitude: Amplitude, (calibration, of): (Calibration, String)) -> Self {
-        let servo_deg_s = material.robot.servo.no_load_speed_rad_s.to_degrees();
+        let servo_deg_s = material.robot.servo.top_speed_rad_s().to_degrees();
         let playable = &material.playable;
         let beyond = Joint::ALL
             .into_iter()

@@ -61,7 +61,7 @@ fn the_same_calls_give_the_same_bits() {
 fn a_setpoint_step_is_followed_no_faster_than_the_servo_turns() {
     let mut world = World::new(&ant());
     hold(&mut world, &NEUTRAL, 0.5);
-    let limit_rad_s = world.robot().servo.no_load_speed_rad_s;
+    let limit_rad_s = world.robot().servo.top_speed_rad_s();
     let mut asked = NEUTRAL;
     asked[4] = Some(0.7);
 
@@ -73,7 +73,7 @@ fn a_setpoint_step_is_followed_no_faster_than_the_servo_turns() {
 
     assert!(fastest_rad_s < 1.1 * limit_rad_s, "{fastest_rad_s} rad/s");
     // The knee lifts a quarter of the robot and lags, but it does turn.
-    assert!(fastest_rad_s > 0.25 * limit_rad_s, "{fastest_rad_s} rad/s");
+    assert!(fastest_rad_s > 0.15 * limit_rad_s, "{fastest_rad_s} rad/s");
     // It carries half the robot then, and sags under it.
     assert!((0.4..0.75).contains(&world.joint_angles_rad()[4]), "{}", world.joint_angles_rad()[4]);
 }
