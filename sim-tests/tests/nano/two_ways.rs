@@ -10,7 +10,7 @@ use protocol::Command;
 use sim_tests::client::Client;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::seconds;
-use sim_tests::virtual_robot::VirtualRobot;
+use sim_tests::virtual_robot::{SHUNT_OHM, VirtualRobot};
 
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
@@ -49,8 +49,10 @@ fn through_the_firmware(ant: &Robot, seed: u64) -> Result2 {
     let at = |time_s: f64| truth[truth.partition_point(|sample| sample.time_s < time_s)];
     let (from, to) = (at(began_s), at(ended_s));
     let distance_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
-    // As the robot measures it, behind supply and shunt: what the servos and the electronics draw.
-    let energy_j = (ended_uj - began_uj) as f64 * 1e-6;
+    // The robot measures what leaves the battery; the simulation alone has no shunt that heats.
+    let walking = truth.iter().filter(|sample| (began_s..ended_s).contains(&sample.time_s));
+    let shunt_j = walking.map(|sample| sample.supply_a.powi(2) * SHUNT_OHM / 60.0).sum::<f64>();
+    let energy_j = (ended_uj - began_uj) as f64 * 1e-6 - shunt_j;
     [distance_m / (ended_s - began_s), energy_j / (ant.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m)]
 }
 
