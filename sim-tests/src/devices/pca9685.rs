@@ -1,7 +1,7 @@
 //! The PCA9685 servo driver, register by register.
 //!
 //! Owns the chip's registers, what its address decoder answers to, and its
-//! sleep and restart; the pins are in [`outputs`]. It knows nothing of the
+//! sleep and restart; the pins are in `outputs`. It knows nothing of the
 //! Nano: pulses go on through a reset of the master, as they do on the bench.
 //! What the data sheet forbids or leaves open has no effect here, and is noted
 //! as a [`Misuse`]. Refuses external clocks, which the robot does not wire, the
