@@ -6,25 +6,7 @@
 #[allow(dead_code)]
 mod processes;
 
-use processes::{RobotProcess, host, host_json, host_outcome, play_patiently};
-use protocol::JOINT_COUNT;
-use std::f64::consts::TAU;
-use std::path::Path;
-
-/// One stride of a wave, degrees from neutral, 60 rows a second.
-fn pose_deg(frame: usize, frames: usize) -> [f64; JOINT_COUNT] {
-    std::array::from_fn(|joint| 12.0 * (TAU * frame as f64 / frames as f64 + joint as f64).sin())
-}
-
-/// Such a stride as a file.
-fn recording(folder: &Path, name: &str, frames: usize) {
-    let mut text = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
-    for frame in 0..frames {
-        let joints = pose_deg(frame, frames).map(|deg| format!(",{deg:.5}")).concat();
-        text.push_str(&format!("{:.6}{joints}\n", frame as f64 / 60.0));
-    }
-    std::fs::write(folder.join(name), text).unwrap();
-}
+use processes::{RobotProcess, host, host_json, host_outcome, play_patiently, recording};
 
 /// A command for this robot.
 fn on_port<'a>(robot: &'a RobotProcess, arguments: &[&'a str]) -> Vec<&'a str> {

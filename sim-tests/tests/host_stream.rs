@@ -4,29 +4,11 @@
 #[allow(dead_code)]
 mod processes;
 
-use processes::{RobotProcess, host_json, play_patiently};
-use protocol::JOINT_COUNT;
-use std::f64::consts::TAU;
-use std::path::Path;
+use processes::{RobotProcess, host_json, play_patiently, pose_deg, recording};
 
 /// The default calibration: 5/3 counts a degree about 330.
 const COUNTS_PER_DEG: f64 = 5.0 / 3.0;
 const NEUTRAL_COUNTS: f64 = 330.0;
-
-/// One stride of a wave, degrees from neutral, 60 rows a second.
-fn pose_deg(frame: usize, frames: usize) -> [f64; JOINT_COUNT] {
-    std::array::from_fn(|joint| 12.0 * (TAU * frame as f64 / frames as f64 + joint as f64).sin())
-}
-
-/// Such a stride as a file.
-fn recording(folder: &Path, name: &str, frames: usize) {
-    let mut text = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
-    for frame in 0..frames {
-        let joints = pose_deg(frame, frames).map(|deg| format!(",{deg:.5}")).concat();
-        text.push_str(&format!("{:.6}{joints}\n", frame as f64 / 60.0));
-    }
-    std::fs::write(folder.join(name), text).unwrap();
-}
 
 /// Every pose goes out once, in order, to half a count and the rounding to 1/256 degree.
 #[test]

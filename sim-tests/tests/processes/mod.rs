@@ -4,6 +4,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use protocol::JOINT_COUNT;
 use serde::Deserialize;
+use std::f64::consts::TAU;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -162,4 +163,19 @@ pub fn play_patiently(folder: &Path, more: &[&str]) -> serde_json::Value {
         assert!(err.contains("the next setpoint did not arrive in time"), "{err}");
     }
     panic!("this machine is too busy to stream: eight times the robot's buffer ran dry");
+}
+
+/// One stride of a wave, degrees from neutral, 60 rows a second.
+pub fn pose_deg(frame: usize, frames: usize) -> [f64; JOINT_COUNT] {
+    std::array::from_fn(|joint| 12.0 * (TAU * frame as f64 / frames as f64 + joint as f64).sin())
+}
+
+/// Such a stride as a file.
+pub fn recording(folder: &Path, name: &str, frames: usize) {
+    let mut text = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
+    for frame in 0..frames {
+        let joints = pose_deg(frame, frames).map(|deg| format!(",{deg:.5}")).concat();
+        text.push_str(&format!("{:.6}{joints}\n", frame as f64 / 60.0));
+    }
+    std::fs::write(folder.join(name), text).unwrap();
 }
