@@ -3,7 +3,7 @@
 #![cfg(feature = "sim")]
 
 use host::robot::Robot;
-use host::twin::{Tables, Trials, validate};
+use host::twin::{Options, Tables, Trials, validate};
 use std::path::Path;
 
 /// Mean absolute relative errors of speed, power and cost of transport that
@@ -23,7 +23,8 @@ fn the_authors_gaits_walk_at_their_measured_speed_and_power() {
     let trials = Trials::read(&files[1], 1.0).expect("their trials");
     let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
 
-    let report = validate(&robot, &tables, &trials, None).expect("a report");
+    let report = validate(&robot, &tables, &trials, &Options { half_step: true, ..Options::default() })
+        .expect("a report");
 
     for (name, bars) in BARS {
         let method = &report.methods[name];
@@ -34,6 +35,12 @@ fn the_authors_gaits_walk_at_their_measured_speed_and_power() {
         }
     }
     assert!(report.methods["psto"].fitted && !report.methods["original"].fitted);
+    let half = report.half_step.expect("it was asked for");
+    println!(
+        "half the physics step changes speed by {:.3}, cost of transport by {:.3}",
+        half.speed, half.cost_of_transport
+    );
+    assert!(half.speed <= 0.05 && half.cost_of_transport <= 0.05, "{half:?}");
     assert!(report.spearman_speed.is_some_and(|rank| rank >= 0.95), "{:?}", report.spearman_speed);
     for pair in &report.pairs {
         assert!(pair.faster_agrees, "{pair:?}");

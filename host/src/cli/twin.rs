@@ -8,7 +8,7 @@ use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
 use crate::robot::Robot;
 use crate::run_folder;
-use crate::twin::{self, Budget, Fit, Parameter, Progress, Tables, Trials, TwinError};
+use crate::twin::{self, Budget, Fit, Options, Parameter, Progress, Tables, Trials, TwinError};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -93,6 +93,9 @@ struct ValidateArgs {
     /// How long the robot held a sample, in seconds [default: as fitted]
     #[arg(long, value_name = "SECONDS", value_parser = sample_time)]
     sample_time: Option<f64>,
+    /// Play all tables with half the physics step, too, and tell what that changes
+    #[arg(long)]
+    half_step: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -155,7 +158,8 @@ fn bad(error: TwinError) -> Failure {
 fn run_validate(args: &ValidateArgs) -> Result<(), Failure> {
     let (robot, tables, trials, pool) = prepare(&args.data)?;
     let trials = trials.of(&args.method).map_err(bad)?;
-    let report = pool.install(|| twin::validate(&robot, &tables, &trials, args.sample_time)).map_err(bad)?;
+    let options = Options { sample_s: args.sample_time, half_step: args.half_step };
+    let report = pool.install(|| twin::validate(&robot, &tables, &trials, &options)).map_err(bad)?;
     report::print(&report, args.json);
     Ok(())
 }
@@ -207,7 +211,8 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         return Err(failure(Cause::Interrupted, TwinCliError::TooEarly));
     }
     run_folder::write(&path, robot.to_toml().as_bytes()).map_err(unwritten)?;
-    let report = pool.install(|| twin::validate(&robot, &tables, &trials, None)).map_err(bad)?;
+    let report =
+        pool.install(|| twin::validate(&robot, &tables, &trials, &Options::default())).map_err(bad)?;
     report::print_fit(&robot, &parameters, &path, &report, args.json);
     if stopped {
         return Err(failure_with_help(

@@ -20,7 +20,7 @@ pub use fit::{Budget, Fit, Progress, fit};
 pub use parameters::{PARAMETERS, Parameter};
 pub use predict::{Prediction, predict};
 pub use score::{line_to, mean_relative_error, spearman};
-pub use validate::{Both, Condition, Method, Pair, Report, validate};
+pub use validate::{Both, Condition, HalfStep, Method, Options, Pair, Report, validate};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! What the simulated robot does with a table.
 
 use crate::robot::{PowerLine, Robot};
+use crate::sim::World;
 use crate::sim::open_loop::{self, FRAME_RATE_HZ};
 
 /// The paper's trial, where the trials do not tell their own length.
@@ -36,9 +37,14 @@ impl Prediction {
 /// a second, so a row begins with the first frame after its time.
 #[must_use]
 pub fn predict(robot: &Robot, sample_s: f64, angles_rad: &[[f64; 8]], duration_s: f64) -> Prediction {
+    predict_in(&mut World::new(robot), sample_s, angles_rad, duration_s)
+}
+
+/// The same in a world of one's own, such as one of finer steps.
+pub fn predict_in(world: &mut World, sample_s: f64, angles_rad: &[[f64; 8]], duration_s: f64) -> Prediction {
     let trial = open_loop::Trial { entry_s: ENTRY_S, duration_s, ..open_loop::Trial::default() };
     let rows = angles_rad.len().max(1);
-    let walk = open_loop::play(robot, &trial, |t| {
+    let walk = open_loop::play_in(world, &trial, &mut |t| {
         // Half a frame's hundredth: a time on the border belongs to the new row.
         let row = ((t + 0.01 / FRAME_RATE_HZ) / sample_s) as usize % rows;
         angles_rad.get(row).copied().unwrap_or_default()

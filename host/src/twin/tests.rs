@@ -116,7 +116,7 @@ fn a_twin_of_itself_is_right_about_everything() {
     let robot = ant();
     let trials = desk.walked_by(&robot);
 
-    let report = validate(&robot, &desk.tables(), &trials, None).expect("a report");
+    let report = validate(&robot, &desk.tables(), &trials, &Options::default()).expect("a report");
 
     let method = &report.methods["trot"];
     for error in [method.speed_mare, method.power_mare, method.cot_mare] {
@@ -139,7 +139,7 @@ fn what_was_measured_is_the_mean_of_the_trials_and_repeats_itself_so_well() {
     assert_eq!(measured.trials.len(), 2);
     assert!((measured.mean()[1] - 0.7).abs() < 1e-12);
     assert_eq!(measured.duration_s, Some(10.0));
-    let report = validate(&ant(), &tables_of(&desk, "trot"), &trials, None).expect("a report");
+    let report = validate(&ant(), &tables_of(&desk, "trot"), &trials, &Options::default()).expect("a report");
     let own = report.repeatability.expect("two trials");
     assert!((own.power - (2.0 * (0.1_f64 / 0.7).powi(2)).sqrt()).abs() < 1e-9, "{own:?}");
     assert_eq!(own.speed, 0.0);
@@ -158,7 +158,7 @@ fn two_methods_at_one_amplification_are_a_pair() {
         .trials("1,slow,0.5,0.5,0.03,1.7,4\n1,slow,1,0.6,0.06,1,4\n1,wide,1,0.7,0.05,1.4,4\n")
         .expect("trials");
 
-    let report = validate(&ant(), &tables, &trials, None).expect("a report");
+    let report = validate(&ant(), &tables, &trials, &Options::default()).expect("a report");
 
     let [pair] = &report.pairs[..] else { panic!("{:?}", report.pairs) };
     assert_eq!((pair.a.as_str(), pair.b.as_str(), pair.amplification), ("slow", "wide", 1.0));
@@ -207,7 +207,7 @@ fn a_gait_without_a_table_and_a_method_without_a_trial_are_named() {
     let desk = Desk::new();
     let trials = desk.trials("1,gallop,1,0.6,0.05,1.2,8\n").expect("trials");
 
-    let error = validate(&ant(), &desk.tables(), &trials, None).expect_err("no table");
+    let error = validate(&ant(), &desk.tables(), &trials, &Options::default()).expect_err("no table");
     says(&error, &["gallop 1x", "trot 0.7x"]);
     let error = trials.of(&["trot".to_owned()]).expect_err("no trial");
     says(&error, &["trot", "gallop"]);
@@ -230,10 +230,13 @@ fn a_robot_that_was_never_fitted_needs_a_sample_time() {
     let mut robot = ant();
     robot.twin = None;
 
-    let error = validate(&robot, &desk.tables(), &trials, None).expect_err("unknown");
+    let error = validate(&robot, &desk.tables(), &trials, &Options::default()).expect_err("unknown");
 
     says(&error, &["--sample-time"]);
-    assert!(validate(&robot, &desk.tables(), &trials, Some(0.12)).is_ok());
+    assert!(
+        validate(&robot, &desk.tables(), &trials, &Options { sample_s: Some(0.12), ..Options::default() })
+            .is_ok()
+    );
 }
 
 #[test]

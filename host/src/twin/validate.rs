@@ -4,9 +4,10 @@
 
 use super::TwinError;
 use super::files::{Gait, Measured, Tables, Trials};
-use super::predict::{TRIAL_S, mean_step_rad, predict};
+use super::predict::{Prediction, TRIAL_S, mean_step_rad, predict, predict_in};
 use super::score::{line_to, mean_relative_error, spearman};
 use crate::robot::Robot;
+use crate::sim::World;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -90,6 +91,24 @@ pub struct Repeatability {
     pub cost_of_transport: f64,
 }
 
+/// What half the physics step changes: means over the gaits of `|whole / half - 1|`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HalfStep {
+    /// Of speed.
+    pub speed: f64,
+    /// Of cost of transport.
+    pub cost_of_transport: f64,
+}
+
+/// How to play the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// How long a sample was held; none is as fitted.
+    pub sample_s: Option<f64>,
+    /// Whether to play all of them with half the physics step, too.
+    pub half_step: bool,
+}
+
 /// All of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
@@ -111,20 +130,23 @@ pub struct Report {
     pub baseline_power_mare: f64,
     /// None if no gait was walked twice.
     pub repeatability: Option<Repeatability>,
+    /// None unless it was asked for.
+    pub half_step: Option<HalfStep>,
 }
 
 /// Plays every table that has trials, and compares.
 ///
 /// # Errors
 /// [`TwinError::NoTable`] for trials of a gait that has no table,
-/// [`TwinError::SampleTime`] if neither robot nor `sample_s` tells it.
+/// [`TwinError::SampleTime`] if neither robot nor `options` tells the sample time.
 pub fn validate(
     robot: &Robot,
     tables: &Tables,
     trials: &Trials,
-    sample_s: Option<f64>,
+    options: &Options,
 ) -> Result<Report, TwinError> {
-    let sample_s = sample_s.or(robot.twin.as_ref().map(|twin| twin.sample_s)).ok_or(TwinError::SampleTime)?;
+    let sample_s =
+        options.sample_s.or(robot.twin.as_ref().map(|twin| twin.sample_s)).ok_or(TwinError::SampleTime)?;
     let cases: Vec<(&Gait, &Measured, Vec<[f64; 8]>)> = trials
         .measured
         .iter()
@@ -145,7 +167,7 @@ pub fn validate(
             let duration_s = measured.duration_s.unwrap_or(TRIAL_S);
             let prediction = predict(robot, sample_s, angles_rad, duration_s);
             let [speed, power, cost] = measured.mean();
-            let predicted_cost = prediction.power_w / (trials.weight_n * prediction.speed_m_s.max(1e-6));
+            let predicted_cost = cost_of_transport(&prediction, trials);
             Condition {
                 method: gait.method.clone(),
                 amplification: gait.amplification(),
@@ -174,8 +196,37 @@ pub fn validate(
         pairs: pairs(&conditions),
         baseline_power_mare: baseline_error(&conditions.iter().collect::<Vec<_>>()),
         repeatability: repeatability(trials),
+        half_step: options.half_step.then(|| half_step(robot, sample_s, trials, &cases, &conditions)),
         conditions,
     })
+}
+
+fn cost_of_transport(prediction: &Prediction, trials: &Trials) -> f64 {
+    prediction.power_w / (trials.weight_n * prediction.speed_m_s.max(1e-6))
+}
+
+fn half_step(
+    robot: &Robot,
+    sample_s: f64,
+    trials: &Trials,
+    cases: &[(&Gait, &Measured, Vec<[f64; 8]>)],
+    conditions: &[Condition],
+) -> HalfStep {
+    let finer: Vec<Prediction> = cases
+        .par_iter()
+        .map(|(_, measured, angles_rad)| {
+            let mut world = World::refined(robot, 2);
+            predict_in(&mut world, sample_s, angles_rad, measured.duration_s.unwrap_or(TRIAL_S))
+        })
+        .collect();
+    let change = |whole: fn(&Condition) -> Both, half: &dyn Fn(&Prediction) -> f64| {
+        let whole: Vec<f64> = conditions.iter().map(|condition| whole(condition).predicted).collect();
+        mean_relative_error(&whole, &finer.iter().map(half).collect::<Vec<_>>())
+    };
+    HalfStep {
+        speed: change(|c| c.speed_m_s, &|p| p.speed_m_s),
+        cost_of_transport: change(|c| c.cost_of_transport, &|p| cost_of_transport(p, trials)),
+    }
 }
 
 fn error_of(conditions: &[&Condition], of: fn(&Condition) -> Both) -> f64 {

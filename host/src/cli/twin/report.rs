@@ -78,6 +78,13 @@ pub fn print(report: &Report, json: bool) {
             percent(own.cost_of_transport)
         );
     }
+    if let Some(half) = &report.half_step {
+        println!(
+            "half the physics step changes speed by {}, cost of transport by {} in the mean",
+            percent(half.speed),
+            percent(half.cost_of_transport)
+        );
+    }
 }
 
 /// A fit: what was found, then how near it is.
