@@ -8,7 +8,7 @@ use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
 use crate::robot::Robot;
 use crate::run_folder;
-use crate::twin::{self, Budget, Fit, Options, Parameter, Progress, Tables, Trials, TwinError};
+use crate::twin::{self, Begin, Budget, Fit, Options, Parameter, Progress, Tables, Trials, TwinError};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -71,6 +71,9 @@ struct FitArgs {
     /// Parameters to fit, by their name in the description; may be given more than once
     #[arg(long, value_name = "NAME")]
     vary: Vec<String>,
+    /// Begin at the description's own values instead of searching anywhere
+    #[arg(long)]
+    go_on: bool,
     /// Share of each parameter's range over which the first sets are spread
     #[arg(long, default_value_t = Budget::default().first_step, value_name = "SHARE")]
     first_step: f64,
@@ -201,7 +204,12 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         }
         !stop.load(Ordering::Relaxed) && lost.is_none()
     };
-    let budget = Budget { seed: args.seed, evaluations: args.budget, first_step: args.first_step };
+    let budget = Budget {
+        seed: args.seed,
+        evaluations: args.budget,
+        first_step: args.first_step,
+        begin: if args.go_on { Begin::Description } else { Begin::Anywhere },
+    };
     let found: Result<Fit, _> =
         pool.install(|| twin::fit(&robot, &tables, &trials, &parameters, &budget, &mut progress));
     bar.finish_and_clear();
@@ -218,7 +226,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         return Err(failure_with_help(
             Cause::Interrupted,
             TwinCliError::Interrupted { evaluations, path: path.clone() },
-            format!("go on from there with --robot {} --first-step 0.05", path.display()),
+            format!("go on from there with --robot {} --go-on --first-step 0.05", path.display()),
         ));
     }
     Ok(())

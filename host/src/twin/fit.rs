@@ -1,44 +1,32 @@
 //! Looks for the robot that would have done what was measured.
 //!
-//! Owns the search: CMA-ES over the chosen parameters, scaled to 0..1, from
-//! the robot that it is given. The same seed gives the same robot on any
+//! Owns the search: CMA-ES over the chosen parameters, scaled to 0..1, several
+//! times over, since the score has more than one valley. The same seed gives the same robot on any
 //! number of cores: a set's score depends on the set alone.
 
 use super::files::{Gait, Tables, Trials};
 use super::parameters::{Parameter, record};
+use super::plan::{Budget, From, Leg};
 use super::predict::{Prediction, TRIAL_S, mean_step_rad, predict};
 use super::score::{line_to, mean_relative_error};
 use super::{TwinError, power};
 use crate::robot::Robot;
 use cmaes::{CMAESOptions, DVector};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
 /// Fewer conditions than this say too little about so many parameters.
 const LEAST_CONDITIONS: usize = 3;
-/// The first sets are spread over this share of each range.
-const FIRST_STEP: f64 = 0.2;
+/// Random sets begin in this middle part of each range.
+const MIDDLE: (f64, f64) = (0.2, 0.8);
 /// Sets that score within this share of the best are about as good.
 const ABOUT_AS_GOOD: f64 = 0.1;
+/// A search needs a few generations.
+const LEAST_EVALUATIONS: u64 = 20;
 /// A robot that fell, or did not walk, is out.
 const OUT: f64 = 10.0;
-
-/// How long and from where a search goes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
-    /// Of the optimiser.
-    pub seed: u64,
-    /// Sets of parameters to try.
-    pub evaluations: u64,
-    /// Share of each range over which the first sets are spread.
-    pub first_step: f64,
-}
-
-impl Default for Budget {
-    fn default() -> Self {
-        Self { seed: 0, evaluations: 1500, first_step: FIRST_STEP }
-    }
-}
 
 /// How far a search has come.
 #[derive(Debug)]
@@ -86,52 +74,58 @@ pub fn fit(
     if cases.len() < LEAST_CONDITIONS {
         return Err(TwinError::TooFew { conditions: cases.len(), needed: LEAST_CONDITIONS });
     }
+    if budget.evaluations < LEAST_EVALUATIONS || parameters.is_empty() {
+        return Err(TwinError::Budget {
+            parameters: parameters.len(),
+            evaluations: budget.evaluations,
+            least: LEAST_EVALUATIONS,
+        });
+    }
     let tried: Mutex<Vec<(Vec<f64>, f64)>> = Mutex::new(Vec::new());
     let objective = |shares: &DVector<f64>| -> f64 {
-        let values: Vec<f64> = parameters
-            .iter()
-            .zip(shares.iter())
-            .map(|(parameter, share)| parameter.value_at(*share))
-            .collect();
+        let values = values_at(parameters, shares);
         let score = judge(&with(start, parameters, &values), &cases, trials.weight_n).0;
         if let Ok(mut tried) = tried.lock() {
             tried.push((values, score));
         }
         score
     };
-    let first: Vec<f64> = parameters.iter().map(|parameter| parameter.share_of(start)).collect();
-    let no_budget =
-        || TwinError::Budget { parameters: parameters.len(), evaluations: budget.evaluations, least: 20 };
-    if budget.evaluations < 20 {
-        return Err(no_budget());
+    let mut best = Best { score: f64::INFINITY, robot: start.clone(), shares: Vec::new() };
+    let mut evaluations = 0;
+    let mut stopped = false;
+    for leg in budget.legs() {
+        let mut search = CMAESOptions::new(first_shares(&leg, start, parameters, &best), leg.step)
+            .seed(leg.seed)
+            .max_function_evals(usize::try_from(leg.until.saturating_sub(evaluations)).unwrap_or(usize::MAX))
+            .build(&objective)
+            .map_err(|_| TwinError::Budget {
+                parameters: parameters.len(),
+                evaluations: budget.evaluations,
+                least: LEAST_EVALUATIONS,
+            })?;
+        let before = evaluations;
+        loop {
+            let ended = search.next_parallel().is_some();
+            evaluations = before + search.function_evals() as u64;
+            if let Some(individual) = search.overall_best_individual()
+                && individual.value < best.score
+            {
+                let values = values_at(parameters, &individual.point);
+                let (score, mut robot) = judge(&with(start, parameters, &values), &cases, trials.weight_n);
+                record(&mut robot).score = score;
+                best = Best { score, robot, shares: individual.point.iter().copied().collect() };
+            }
+            stopped = !progress(&Progress { evaluations, score: best.score, best: &best.robot });
+            if ended || stopped {
+                break;
+            }
+        }
+        if stopped || evaluations >= budget.evaluations {
+            break;
+        }
     }
-    let mut search = CMAESOptions::new(first, budget.first_step)
-        .seed(budget.seed)
-        .max_function_evals(usize::try_from(budget.evaluations).unwrap_or(usize::MAX))
-        .build(&objective)
-        .map_err(|_| no_budget())?;
-
-    let mut best = (f64::INFINITY, start.clone());
-    let stopped = loop {
-        let ended = search.next_parallel().is_some();
-        if let Some(individual) = search.overall_best_individual()
-            && individual.value < best.0
-        {
-            let values: Vec<f64> =
-                parameters.iter().zip(individual.point.iter()).map(|(p, share)| p.value_at(*share)).collect();
-            let (score, mut robot) = judge(&with(start, parameters, &values), &cases, trials.weight_n);
-            record(&mut robot).score = score;
-            best = (score, robot);
-        }
-        let evaluations = search.function_evals() as u64;
-        let stopped = !progress(&Progress { evaluations, score: best.0, best: &best.1 });
-        if ended || stopped {
-            break stopped;
-        }
-    };
-    let evaluations = search.function_evals() as u64;
     let tried = tried.into_inner().unwrap_or_default();
-    let (score, mut robot) = best;
+    let Best { score, mut robot, .. } = best;
     let names: Vec<_> = parameters.iter().map(|parameter| parameter.name).collect();
     let mut methods: Vec<String> = trials.measured.keys().map(|gait| gait.method.clone()).collect();
     methods.dedup();
@@ -143,6 +137,28 @@ pub fn fit(
     of_fit.spread = spread(&names, &tried, score);
     robot.check()?;
     Ok(Fit { robot, stopped })
+}
+
+/// The best set so far.
+struct Best {
+    score: f64,
+    robot: Robot,
+    shares: Vec<f64>,
+}
+
+fn values_at(parameters: &[Parameter], shares: &DVector<f64>) -> Vec<f64> {
+    parameters.iter().zip(shares.iter()).map(|(parameter, share)| parameter.value_at(*share)).collect()
+}
+
+fn first_shares(leg: &Leg, start: &Robot, parameters: &[Parameter], best: &Best) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(leg.seed);
+    let shares = |of: &mut dyn FnMut(&Parameter) -> f64| parameters.iter().map(of).collect();
+    match leg.from {
+        From::Best if !best.shares.is_empty() => best.shares.clone(),
+        From::Robot => shares(&mut |parameter| parameter.share_of(start)),
+        From::Random => shares(&mut |_| random.random_range(MIDDLE.0..=MIDDLE.1)),
+        From::DataSheets | From::Best => shares(&mut |parameter| parameter.first_share()),
+    }
 }
 
 fn cases(robot: &Robot, tables: &Tables, trials: &Trials) -> Result<Vec<Case>, TwinError> {

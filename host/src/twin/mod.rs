@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod fit;
 mod parameters;
+mod plan;
 mod power;
 mod predict;
 mod score;
@@ -16,8 +17,9 @@ mod validate;
 
 pub use error::TwinError;
 pub use files::{Gait, Measured, Tables, Trials};
-pub use fit::{Budget, Fit, Progress, fit};
+pub use fit::{Fit, Progress, fit};
 pub use parameters::{PARAMETERS, Parameter};
+pub use plan::{Begin, Budget};
 pub use predict::{Prediction, predict};
 pub use score::{line_to, mean_relative_error, spearman};
 pub use validate::{Both, Condition, HalfStep, Method, Options, Pair, Report, validate};

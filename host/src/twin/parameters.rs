@@ -16,6 +16,8 @@ pub struct Parameter {
     pub min: f64,
     /// Most that is searched.
     pub max: f64,
+    /// Where a search begins: what data sheets and the authors say, or our guess.
+    pub first: f64,
     /// Whether a fit changes it unless told what to change.
     pub by_default: bool,
     get: fn(&Robot) -> f64,
@@ -26,11 +28,12 @@ pub struct Parameter {
 const FIRST_SAMPLE_S: f64 = 0.117;
 
 macro_rules! field {
-    ($name:literal, $min:literal to $max:literal, $default:literal, $($path:ident).+) => {
+    ($name:literal, $min:literal to $max:literal from $first:literal, $default:literal, $($path:ident).+) => {
         Parameter {
             name: $name,
             min: $min,
             max: $max,
+            first: $first,
             by_default: $default,
             get: |robot| robot.$($path).+,
             set: |robot, value| robot.$($path).+ = value,
@@ -40,23 +43,24 @@ macro_rules! field {
 
 /// All of them.
 pub const PARAMETERS: [Parameter; 14] = [
-    field!("ground.friction", 0.3 to 0.9, true, ground.friction),
-    field!("servo.stiffness_n_m_rad", 1.0 to 12.0, true, servo.stiffness_n_m_rad),
-    field!("servo.damping_n_m_s_rad", 0.02 to 1.0, true, servo.damping_n_m_s_rad),
-    field!("servo.no_load_speed_rad_s", 1.0 to 6.0, true, servo.no_load_speed_rad_s),
-    field!("servo.torque_limit_n_m", 0.3 to 2.0, true, servo.torque_limit_n_m),
-    field!("servo.friction_n_m", 0.0 to 0.15, false, servo.friction_n_m),
-    field!("servo.dead_band_deg", 0.0 to 1.0, false, servo.dead_band_deg),
-    field!("geometry.shin_below_horizontal_deg", 38.0 to 62.0, true, geometry.shin_below_horizontal_deg),
-    field!("geometry.foot_radius_m", 0.004 to 0.025, true, geometry.foot_radius_m),
-    field!("mass.torso_kg", 0.29 to 0.54, true, mass.torso_kg),
-    field!("power.heat_w_per_n2_m2", 0.0 to 3.0, true, power.heat_w_per_n2_m2),
-    field!("supply.resistance_ohm", 0.0 to 4.0, false, supply.resistance_ohm),
-    field!("servo.end_stop_deg", 30.0 to 90.0, false, servo.end_stop_deg),
+    field!("ground.friction", 0.3 to 0.9 from 0.4, true, ground.friction),
+    field!("servo.stiffness_n_m_rad", 1.0 to 12.0 from 4.0, true, servo.stiffness_n_m_rad),
+    field!("servo.damping_n_m_s_rad", 0.02 to 1.0 from 0.4, true, servo.damping_n_m_s_rad),
+    field!("servo.no_load_speed_rad_s", 1.0 to 6.0 from 2.5, true, servo.no_load_speed_rad_s),
+    field!("servo.torque_limit_n_m", 0.3 to 2.0 from 1.0, true, servo.torque_limit_n_m),
+    field!("servo.friction_n_m", 0.0 to 0.15 from 0.01, false, servo.friction_n_m),
+    field!("servo.dead_band_deg", 0.0 to 1.0 from 0.7, false, servo.dead_band_deg),
+    field!("geometry.shin_below_horizontal_deg", 38.0 to 62.0 from 45.0, true, geometry.shin_below_horizontal_deg),
+    field!("geometry.foot_radius_m", 0.004 to 0.025 from 0.01, true, geometry.foot_radius_m),
+    field!("mass.torso_kg", 0.29 to 0.54 from 0.4, true, mass.torso_kg),
+    field!("power.heat_w_per_n2_m2", 0.0 to 3.0 from 0.1, true, power.heat_w_per_n2_m2),
+    field!("supply.resistance_ohm", 0.0 to 4.0 from 0.1, false, supply.resistance_ohm),
+    field!("servo.end_stop_deg", 30.0 to 90.0 from 50.0, false, servo.end_stop_deg),
     Parameter {
         name: "twin.sample_s",
         min: 0.08,
         max: 0.15,
+        first: FIRST_SAMPLE_S,
         by_default: true,
         get: |robot| robot.twin.as_ref().map_or(FIRST_SAMPLE_S, |twin| twin.sample_s),
         set: |robot, value| record(robot).sample_s = value,
@@ -83,6 +87,12 @@ impl Parameter {
     #[must_use]
     pub fn share_of(&self, robot: &Robot) -> f64 {
         ((self.value_of(robot) - self.min) / (self.max - self.min)).clamp(0.0, 1.0)
+    }
+
+    /// Where a search begins, in 0 to 1 of its range.
+    #[must_use]
+    pub fn first_share(&self) -> f64 {
+        (self.first - self.min) / (self.max - self.min)
     }
 
     /// Its value.

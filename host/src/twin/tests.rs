@@ -80,7 +80,7 @@ fn a_planted_friction_is_found_again_and_does_not_depend_on_the_number_of_cores(
     let mut start = ant();
     start.ground.friction = 0.4;
     let parameters = Parameter::choose(&["ground.friction".to_owned()]).expect("a parameter");
-    let budget = Budget { seed: 3, evaluations: 28, first_step: 0.2 };
+    let budget = Budget { seed: 3, evaluations: 28, begin: Begin::Description, ..Budget::default() };
 
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -95,6 +95,26 @@ fn a_planted_friction_is_found_again_and_does_not_depend_on_the_number_of_cores(
     assert!(record.score < 0.03, "{record:?}");
     assert!(record.spread.contains_key("ground.friction"), "{record:?}");
     assert_eq!(found, on(2));
+}
+
+#[test]
+fn a_search_anywhere_does_not_depend_on_what_the_description_says() {
+    let desk = Desk::new();
+    let mut planted = ant();
+    planted.ground.friction = 0.55;
+    let trials = desk.walked_by(&planted);
+    let parameters = Parameter::choose(&["ground.friction".to_owned()]).expect("a parameter");
+    let budget = Budget { seed: 5, evaluations: 48, ..Budget::default() };
+
+    let from = |friction: f64| {
+        let mut start = ant();
+        start.ground.friction = friction;
+        fit(&start, &desk.tables(), &trials, &parameters, &budget, &mut |_| true).expect("a fit")
+    };
+    let found = from(0.31);
+
+    assert_eq!(found, from(0.89));
+    assert!((found.robot.ground.friction - 0.55).abs() < 0.03, "{}", found.robot.ground.friction);
 }
 
 #[test]
