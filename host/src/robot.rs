@@ -64,6 +64,10 @@ pub struct Geometry {
     pub foot_radius_m: f64,
     /// Half the body's height, hips at its middle.
     pub torso_half_height_m: f64,
+    /// How far a hip's bracket and the leg beyond it twist under the hip's
+    /// torque: in series with the servo's own stiffness.
+    #[serde(default)]
+    pub hip_twist_rad_per_n_m: f64,
 }
 
 /// Where the weight sits. A servo is at each hip, on the body, and at each knee, on the thigh.
@@ -298,6 +302,7 @@ impl Robot {
             ("geometry.shin_below_horizontal_deg", geometry.shin_below_horizontal_deg, 0.0, 90.0),
             ("geometry.foot_radius_m", geometry.foot_radius_m, 0.001, 0.004 + self.scaled_shin_m() / 4.0),
             ("geometry.torso_half_height_m", geometry.torso_half_height_m, 0.005, 0.5),
+            ("geometry.hip_twist_rad_per_n_m", geometry.hip_twist_rad_per_n_m, 0.0, 5.0),
             ("mass.torso_kg", mass.torso_kg, 0.01, 20.0),
             ("mass.servo_kg", mass.servo_kg, 0.001, 1.0),
             ("mass.thigh_kg", mass.thigh_kg, 0.001, 2.0),

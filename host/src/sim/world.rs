@@ -210,10 +210,13 @@ impl World {
                     *setpoint += (asked_rad - *setpoint).clamp(-reach_rad, reach_rad);
                 }
                 let limit_n_m = servo.torque_limit_n_m;
+                let twist_rad_per_n_m = if j < 4 { self.robot.geometry.hip_twist_rad_per_n_m } else { 0.0 };
+                let stiffness_n_m_rad =
+                    servo.stiffness_n_m_rad / (1.0 + servo.stiffness_n_m_rad * twist_rad_per_n_m);
                 let (error_rad, dead_rad) = (*setpoint - angle_rad, servo.dead_band_deg.to_radians());
                 let outside_rad = error_rad - error_rad.clamp(-dead_rad, dead_rad);
                 // A bridge's voltage, and so the torque, goes with the supply's.
-                self.voltage_share * (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
+                self.voltage_share * (stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
         pull_n_m - END_STOP_N_M_RAD * (angle_rad - angle_rad.clamp(-stop_rad, stop_rad))
