@@ -11,7 +11,6 @@
 pub mod calibration;
 pub mod cli;
 pub mod energy;
-#[cfg(feature = "sim")]
 pub mod env;
 pub mod fit;
 pub mod gait_file;
@@ -23,7 +22,6 @@ pub mod record;
 pub mod robot;
 pub mod run_folder;
 pub mod sampled;
-#[cfg(feature = "sim")]
 pub mod sim;
 pub mod stream;
 #[cfg(feature = "train")]
@@ -33,6 +31,5 @@ pub mod td3;
 pub mod tracker;
 pub mod trajectory;
 pub mod trial;
-#[cfg(feature = "sim")]
 pub mod twin;
 pub mod upload;

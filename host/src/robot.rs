@@ -1,37 +1,60 @@
-//! What a robot is made of: lengths, masses, servos, ground and power.
+//! What a robot is made of: a body, servos, ground and power.
 //!
-//! Owns the description and its file format, always compiled; the simulated
-//! body (`sim`) is built from it and a trial's weight comes from it. Refuses a
-//! description with a number that is no number, or that no such robot can
-//! have: every bound stands in `Robot::check`.
+//! Owns the robot's folder: `robot.toml` and, beside it, the MJCF or URDF file
+//! that draws the body. Refuses a number that is no number, or that no such
+//! robot can have (every bound stands in [`Robot::check`]), and a body that is
+//! no torso on four legs of a hip and a knee.
 //!
-//! The Ant's description is `robots/ant/robot.toml`. Its numbers that no data
-//! sheet gives (friction, servos, power) come from `host twin fit`, and the
-//! file's own `[twin]` section says from which.
+//! What a fit changes stands in `robot.toml` and overrides the drawn body:
+//! [`Limbs`] are the outcome, and what the simulation builds.
+//!
+//! The Ant's folder is `robots/ant`. Its numbers that no data sheet gives
+//! (friction, servos, power) come from `host twin fit`, and its `[twin]`
+//! section says from which.
 
-use crate::run_folder::FileError;
+mod drawn;
+mod error;
+mod inertia;
+mod limbs;
+mod loaded;
+mod mjcf;
+mod sections;
+mod solid;
+mod urdf;
+
+pub use drawn::{Drawn, Hinge};
+pub use error::{ModelError, RobotError};
+pub use inertia::{Inertia, Principal};
+pub use limbs::{Leg, Limbs, Link};
+pub use sections::{Geometry, Ground, Mass, Model, Power, PowerLine, Servo, Supply, TwinRecord};
+pub use solid::{Shape, Solid};
+
+use crate::run_folder::{self, FileError};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::sync::Arc;
 
 /// Leg lengths that are sensible multiples of the Ant's: its servos lift no more.
 pub const LEG_SCALE_RANGE: (f64, f64) = (0.3, 2.0);
+/// Name of the description in a robot's folder.
+pub const DESCRIPTION: &str = "robot.toml";
 
 /// The Ant, as the last fit left it.
-const ANT: &str = include_str!("../robots/ant/robot.toml");
+const ANT: (&str, &str) =
+    (include_str!("../robots/ant/robot.toml"), include_str!("../robots/ant/ant.xml"));
 
 /// A robot with eight servos on four legs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Robot {
     /// For people.
     pub name: String,
     /// Largest setpoint from neutral that the robot's tables may reach.
     pub joint_limit_deg: f64,
-    /// Lengths and angles.
+    /// Where the body is drawn, and its parts' names.
+    pub model: Model,
+    /// What of its lengths differs from the drawing.
     pub geometry: Geometry,
-    /// Where the weight sits.
+    /// What of its masses differs from the drawing.
     pub mass: Mass,
     /// The servos, all alike.
     pub servo: Servo,
@@ -42,189 +65,43 @@ pub struct Robot {
     /// What feeds it.
     pub supply: Supply,
     /// How it was fitted to measured trials, if it was.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub twin: Option<TwinRecord>,
+    /// The body as drawn; its file is kept beside the description.
+    #[serde(skip)]
+    pub drawn: Arc<Drawn>,
 }
 
-/// Lengths and angles. Legs 1 to 4 stand at azimuth 45, 135, 225 and 315 degrees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// `robot.toml` as people write it: what the drawing says, they may leave out.
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Geometry {
-    /// Each hip is this far from the body's centre along x and along y.
-    pub hip_offset_m: f64,
-    /// Hip axis to knee axis; horizontal.
-    pub thigh_m: f64,
-    /// Knee axis to the foot's tip at leg scale 1.
-    pub shin_m: f64,
-    /// Multiplies the shin alone: 1.0 is the paper's "1 L", 0.6 its "0.6 L".
-    pub leg_scale: f64,
-    /// The shin's slope with the knee at neutral.
-    pub shin_below_horizontal_deg: f64,
-    /// The rounded end of the shin, part of its length.
-    pub foot_radius_m: f64,
-    /// Half the body's height, hips at its middle.
-    pub torso_half_height_m: f64,
-    /// How far a hip's bracket and the leg beyond it twist under the hip's
-    /// torque: in series with the servo's own stiffness.
+struct Document {
+    name: String,
+    joint_limit_deg: f64,
+    model: Model,
     #[serde(default)]
-    pub hip_twist_rad_per_n_m: f64,
-}
-
-/// Where the weight sits. A servo is at each hip, on the body, and at each knee, on the thigh.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Mass {
-    /// Frame, electronics and whatever else the body carries, without servos.
-    pub torso_kg: f64,
-    /// One servo.
-    pub servo_kg: f64,
-    /// One thigh's tube.
-    pub thigh_kg: f64,
-    /// One shin's tube and foot at leg scale 1.
-    pub shin_kg: f64,
-}
-
-/// A position servo: it moves its own setpoint towards the asked one, and pulls towards that.
-///
-/// `torque = clamp(stiffness * error, limit) - damping * speed`, with the
-/// setpoint slewed at the no-load speed, and `error` what of `setpoint - angle`
-/// lies outside the dead band. The damping is the motor's torque-speed line;
-/// dry friction then takes its part of that torque.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Servo {
-    /// Torque per radian of error.
-    pub stiffness_n_m_rad: f64,
-    /// Torque against each rad/s of joint speed.
-    pub damping_n_m_s_rad: f64,
-    /// Fastest that its setpoint moves.
-    pub no_load_speed_rad_s: f64,
-    /// Most that its motor pulls.
-    pub torque_limit_n_m: f64,
-    /// Dry friction of its gears.
+    geometry: GeometryDocument,
     #[serde(default)]
-    pub friction_n_m: f64,
-    /// Error that it leaves alone, either way.
-    #[serde(default)]
-    pub dead_band_deg: f64,
-    /// Its mechanical end stop, either way from neutral.
-    pub end_stop_deg: f64,
-    /// Pulse that holds it at neutral.
-    pub neutral_pulse_us: f64,
-    /// Change of the pulse per degree.
-    pub pulse_us_per_deg: f64,
+    mass: MassDocument,
+    servo: Servo,
+    ground: Ground,
+    power: Power,
+    supply: Supply,
+    twin: Option<TwinRecord>,
 }
 
-impl Servo {
-    /// Fastest that it turns with nothing attached: as its setpoint moves, or
-    /// where its damping takes all of its torque.
-    #[must_use]
-    pub fn top_speed_rad_s(&self) -> f64 {
-        self.no_load_speed_rad_s.min(self.torque_limit_n_m / self.damping_n_m_s_rad.max(1e-9))
-    }
-}
-
-/// What the feet stand on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Ground {
-    /// Coulomb friction of foot on ground.
-    pub friction: f64,
+struct GeometryDocument {
+    leg_scale: Option<f64>,
+    shin_below_horizontal_deg: Option<f64>,
+    foot_radius_m: Option<f64>,
 }
 
-/// From mechanical to electrical power:
-/// `electronics + positive work / efficiency + heat * torque^2`.
-///
-/// The last is a winding's `I^2 R`, and the work that the robot returns to a
-/// driven servo heats its winding first: the supply pays what is missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Power {
-    /// What flows while the servos do nothing: controller, driver, idle servos.
-    pub electronics_w: f64,
-    /// Share of a servo's electrical power that arrives at its horn.
-    pub efficiency: f64,
-    /// Heat of a servo's winding per squared torque: what holding costs.
-    #[serde(default)]
-    pub heat_w_per_n2_m2: f64,
-}
-
-/// What feeds the robot.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Supply {
-    /// Voltage without load.
-    pub nominal_v: f64,
-    /// Supply and leads together.
-    pub resistance_ohm: f64,
-}
-
-/// Which measured trials a description was fitted to, and what came of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TwinRecord {
-    /// How long the measured robot held each sample of a table.
-    pub sample_s: f64,
-    /// Gaits that were fitted.
-    pub methods: Vec<String>,
-    /// Of the optimiser.
-    pub seed: u64,
-    /// Sets of parameters that were tried.
-    pub evaluations: u64,
-    /// Mean of the mean absolute relative errors of speed, power and cost of transport.
-    pub score: f64,
-    /// What the same trials say with no bound on the efficiency.
-    pub free_power: PowerLine,
-    /// Power from the tables' steps alone: the line to beat.
-    pub baseline_power: PowerLine,
-    /// Standard deviation of each fitted parameter over the sets that score about as well.
-    pub spread: BTreeMap<String, f64>,
-}
-
-/// A straight line to power, fitted by least squares of the relative error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PowerLine {
-    /// At zero.
-    pub constant_w: f64,
-    /// Watts per unit of the predictor.
-    pub slope_w: f64,
-}
-
-impl PowerLine {
-    /// Power at a value of the predictor.
-    #[must_use]
-    pub fn at(&self, predictor: f64) -> f64 {
-        self.constant_w + self.slope_w * predictor
-    }
-}
-
-/// Why a robot description was refused.
-#[derive(Debug, Error)]
-pub enum RobotError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The file is no robot description.
-    #[error("{path} is no robot description")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
-    },
-    /// A number that no such robot can have.
-    #[error("robot description: {field} is {value}, but must be within {min} to {max}; correct the value")]
-    OutOfRange {
-        /// Path of the field in the file.
-        field: &'static str,
-        /// What it says.
-        value: f64,
-        /// Least allowed.
-        min: f64,
-        /// Most allowed.
-        max: f64,
-    },
+struct MassDocument {
+    torso_kg: Option<f64>,
 }
 
 impl Robot {
@@ -240,73 +117,148 @@ impl Robot {
     /// description's `[twin]` section names. How the mass is shared out, foot
     /// radius, torso height and the supply are our assumptions.
     pub fn ant(leg_scale: f64) -> Result<Self, RobotError> {
-        let mut robot: Self = toml::from_str(ANT).map_err(|source| RobotError::Parse {
-            path: "robots/ant/robot.toml".into(),
-            source: Box::new(source),
-        })?;
+        let folder = Path::new("robots/ant");
+        let mut robot = Self::parse(ANT.0, folder, |_| Ok(ANT.1.to_owned()))?;
         robot.geometry.leg_scale = leg_scale;
         robot.check()?;
         Ok(robot)
     }
 
-    /// Reads and checks a description.
+    /// Reads and checks a robot's folder, named itself or by its `robot.toml`.
     ///
     /// # Errors
     /// [`RobotError`] naming the file, or the field, its value and its bounds.
     pub fn load(path: &Path) -> Result<Self, RobotError> {
-        let text = std::fs::read_to_string(path).map_err(FileError::on("read", path))?;
-        let robot: Self = toml::from_str(&text)
-            .map_err(|source| RobotError::Parse { path: path.to_owned(), source: Box::new(source) })?;
+        // What is no folder is meant to be the description in one.
+        let (folder, file) = if path.is_dir() || path.extension().is_none_or(|e| e != "toml") {
+            (path.to_owned(), path.join(DESCRIPTION))
+        } else {
+            (path.parent().unwrap_or(Path::new("")).to_owned(), path.to_owned())
+        };
+        let text = std::fs::read_to_string(&file).map_err(FileError::on("read", &file))?;
+        let robot = Self::parse_named(&text, &file, |name| {
+            let path = folder.join(name);
+            std::fs::read_to_string(&path).map_err(|e| FileError::on("read", &path)(e).into())
+        })?;
         robot.check()?;
         Ok(robot)
     }
 
-    /// The description as [`Self::load`] reads it.
+    /// The robot that a run was made for; none where the run keeps none.
+    ///
+    /// # Errors
+    /// As [`Self::load`], and [`RobotError::OldRun`] for a robot in one file.
+    pub fn of_run(run: &Path) -> Result<Option<Self>, RobotError> {
+        let folder = run.join(run_folder::ROBOT);
+        if folder.is_dir() {
+            return Self::load(&folder).map(Some);
+        }
+        let old = run.join(DESCRIPTION);
+        if old.is_file() { Err(RobotError::OldRun { path: old }) } else { Ok(None) }
+    }
+
+    /// The robot that a run must have been made for.
+    ///
+    /// # Errors
+    /// As [`Self::of_run`], and [`RobotError::File`] where there is none.
+    pub fn of_trained_run(run: &Path) -> Result<Self, RobotError> {
+        match Self::of_run(run)? {
+            Some(robot) => Ok(robot),
+            None => Self::load(&run.join(run_folder::ROBOT)),
+        }
+    }
+
+    /// Writes the folder as [`Self::load`] reads it.
+    ///
+    /// # Errors
+    /// [`FileError`] naming what cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<(), FileError> {
+        std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
+        // The description last: where it is, the folder is whole.
+        run_folder::write(&folder.join(&self.model.file), self.drawn.text.as_bytes())?;
+        run_folder::write(&folder.join(DESCRIPTION), self.to_toml().as_bytes())
+    }
+
+    /// The description.
     #[must_use]
     pub fn to_toml(&self) -> String {
         // Strings and finite numbers in tables: nothing that TOML cannot hold.
         toml::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Everything that the legs carry and are.
+    fn parse(
+        text: &str,
+        folder: &Path,
+        read: impl FnOnce(&str) -> Result<String, RobotError>,
+    ) -> Result<Self, RobotError> {
+        Self::parse_named(text, &folder.join(DESCRIPTION), read)
+    }
+
+    fn parse_named(
+        text: &str,
+        file: &Path,
+        read: impl FnOnce(&str) -> Result<String, RobotError>,
+    ) -> Result<Self, RobotError> {
+        let document: Document = toml::from_str(text)
+            .map_err(|source| RobotError::Parse { path: file.to_owned(), source: Box::new(source) })?;
+        let in_model = |path: PathBuf| {
+            move |source: ModelError| RobotError::Model { path, source: Box::new(source) }
+        };
+        let model_file = file.with_file_name(&document.model.file);
+        // The name is checked before anything of that name is read.
+        Drawn::check_name(&document.model).map_err(in_model(file.to_owned()))?;
+        let text = read(&document.model.file)?;
+        let drawn = Drawn::read(&document.model, text).map_err(in_model(model_file.clone()))?;
+        let Document { name, joint_limit_deg, model, geometry, mass, servo, ground, power, supply, twin } =
+            document;
+        let in_model_file = || in_model(model_file.clone());
+        let geometry = Geometry {
+            leg_scale: geometry.leg_scale.unwrap_or(1.0),
+            shin_below_horizontal_deg: match geometry.shin_below_horizontal_deg {
+                Some(slope) => slope,
+                None => limbs::drawn_slope_deg(&drawn).map_err(in_model_file())?,
+            },
+            foot_radius_m: match geometry.foot_radius_m {
+                Some(radius) => radius,
+                None => limbs::drawn_radius_m(&drawn).map_err(in_model_file())?,
+            },
+        };
+        let mass = Mass { torso_kg: mass.torso_kg.unwrap_or(drawn.torso[0].inertia.mass_kg) };
+        let drawn = Arc::new(drawn);
+        Ok(Self {
+            name,
+            joint_limit_deg,
+            model,
+            geometry,
+            mass,
+            servo,
+            ground,
+            power,
+            supply,
+            twin,
+            drawn,
+        })
+    }
+
+    /// Everything that it carries and is.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
-        let leg = 2.0 * self.mass.servo_kg + self.mass.thigh_kg + self.scaled_shin_kg();
-        self.mass.torso_kg + 4.0 * leg
+        Limbs::of(self).mass_kg()
     }
 
-    /// Knee axis to the foot's tip.
-    #[must_use]
-    pub fn scaled_shin_m(&self) -> f64 {
-        self.geometry.shin_m * self.geometry.leg_scale
-    }
-
-    /// One shin; a tube's mass goes with its length.
-    #[must_use]
-    pub fn scaled_shin_kg(&self) -> f64 {
-        self.mass.shin_kg * self.geometry.leg_scale
-    }
-
-    /// Checks every number against its bounds.
+    /// Checks every number against its bounds, and what they make of the body.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for the first that lies outside.
+    /// [`RobotError`] for the first that does not fit.
     pub fn check(&self) -> Result<(), RobotError> {
         let Self { geometry, mass, servo, ground, power, supply, .. } = self;
+        let shortest_m = limbs::shortest_drawn_shin_m(&self.drawn) * geometry.leg_scale.max(0.0);
         let bounds = [
             ("joint_limit_deg", self.joint_limit_deg, 1.0, 90.0),
-            ("geometry.hip_offset_m", geometry.hip_offset_m, 0.01, 1.0),
-            ("geometry.thigh_m", geometry.thigh_m, 0.01, 1.0),
-            ("geometry.shin_m", geometry.shin_m, 0.03, 1.0),
             ("geometry.leg_scale", geometry.leg_scale, LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1),
             ("geometry.shin_below_horizontal_deg", geometry.shin_below_horizontal_deg, 0.0, 90.0),
-            ("geometry.foot_radius_m", geometry.foot_radius_m, 0.001, 0.004 + self.scaled_shin_m() / 4.0),
-            ("geometry.torso_half_height_m", geometry.torso_half_height_m, 0.005, 0.5),
-            ("geometry.hip_twist_rad_per_n_m", geometry.hip_twist_rad_per_n_m, 0.0, 5.0),
+            ("geometry.foot_radius_m", geometry.foot_radius_m, 0.001, 0.004 + shortest_m / 4.0),
             ("mass.torso_kg", mass.torso_kg, 0.01, 20.0),
-            ("mass.servo_kg", mass.servo_kg, 0.001, 1.0),
-            ("mass.thigh_kg", mass.thigh_kg, 0.001, 2.0),
-            ("mass.shin_kg", mass.shin_kg, 0.001, 2.0),
             ("servo.stiffness_n_m_rad", servo.stiffness_n_m_rad, 0.0, 200.0),
             ("servo.damping_n_m_s_rad", servo.damping_n_m_s_rad, 0.0, 20.0),
             ("servo.no_load_speed_rad_s", servo.no_load_speed_rad_s, 0.1, 50.0),
@@ -314,6 +266,7 @@ impl Robot {
             ("servo.friction_n_m", servo.friction_n_m, 0.0, 5.0),
             ("servo.dead_band_deg", servo.dead_band_deg, 0.0, 10.0),
             ("servo.end_stop_deg", servo.end_stop_deg, 20.0, 180.0),
+            ("servo.delay_s", servo.delay_s, 0.0, 0.2),
             ("servo.neutral_pulse_us", servo.neutral_pulse_us, 500.0, 2500.0),
             ("servo.pulse_us_per_deg", servo.pulse_us_per_deg, 1.0, 30.0),
             ("ground.friction", ground.friction, 0.0, 2.0),
@@ -334,7 +287,10 @@ impl Robot {
         {
             return Err(RobotError::OutOfRange { field: "twin.sample_s", value, min: 0.02, max: 1.0 });
         }
-        Ok(())
+        limbs::check_neutral(self).map_err(|source| RobotError::Model {
+            path: (&self.model.file).into(),
+            source: Box::new(source),
+        })
     }
 }
 

@@ -15,8 +15,8 @@ pub const LATEST: &str = "runs/latest";
 
 /// The resolved training configuration.
 pub const CONFIG: &str = "config.toml";
-/// The robot description the run was made for.
-pub const ROBOT: &str = "robot.toml";
+/// Folder of the robot that the run was made for.
+pub const ROBOT: &str = "robot";
 /// One row an evaluation: steps, rewards, losses, speed.
 pub const LEARNING_CURVE: &str = "train.csv";
 /// The best policy by evaluation reward.

@@ -1,6 +1,5 @@
 //! The twin against what the authors' robot did: their tables in, speed, power
 //! and cost of transport out. `docs/twin.md` says what is reached and how.
-#![cfg(feature = "sim")]
 
 use host::robot::Robot;
 use host::twin::{Options, Tables, Trials, validate};

@@ -1,5 +1,4 @@
 //! `host twin` from the outside: files in, a description and numbers out.
-#![cfg(feature = "sim")]
 
 use assert_cmd::Command;
 use host::robot::Robot;

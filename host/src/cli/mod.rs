@@ -21,7 +21,6 @@ mod status;
 mod stop;
 #[cfg(feature = "train")]
 mod train;
-#[cfg(feature = "sim")]
 mod twin;
 mod upload_gait;
 mod walk;
@@ -68,7 +67,6 @@ enum Command {
     Stop(stop::Args),
     Gaits(gaits::Args),
     /// Hold the simulated robot to what a measured one did
-    #[cfg(feature = "sim")]
     Twin(twin::Args),
     /// All of it, against the virtual robot
     #[cfg(feature = "train")]
@@ -145,7 +143,6 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Set(args) => set::run(args),
         Command::Stop(args) => stop::run(args),
         Command::Gaits(args) => gaits::run(args),
-        #[cfg(feature = "sim")]
         Command::Twin(args) => twin::run(args),
         #[cfg(feature = "train")]
         Command::Demo(args) => demo::run(args),

@@ -1,22 +1,13 @@
-//! Builds the Ant as one rapier multibody on a flat ground.
+//! Builds a robot as one rapier multibody on a flat ground.
 //!
-//! Owns frames and mass properties. Nine bodies: torso, four thighs, four
-//! shins. A thigh's frame sits on its hip axis, x along the thigh, z up; a
-//! shin's frame sits on its knee axis and is aligned with the thigh's where
-//! the shin would be horizontal and straight out at a fold of zero.
-//! Multibody coordinates and not impulse joints: those do not converge at
-//! this mass ratio, the torso sinks and speed falls by half.
+//! Owns the handles and what the engine must be told. Nine bodies: torso, four
+//! thighs, four shins, as [`Limbs`] describe them; joint coordinates read 0 at
+//! neutral. Multibody coordinates and not impulse joints: those do not
+//! converge at this mass ratio, the torso sinks and speed falls by half.
 
-use crate::robot::Robot;
+use crate::robot::{Hinge, Inertia, Limbs, Link, Servo, Shape, Solid};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use rapier3d::prelude::*;
-
-/// Azimuth of each leg, 45, 135, 225 and 315 degrees, as the sign of cosine and sine.
-pub const LEG_SIGNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
-
-/// A servo's largest dimension, for its inertia: 40 mm, the standard size.
-const SERVO_SIZE_M: f64 = 0.04;
-/// How thick a leg's tube is where it may touch the ground.
-const TUBE_RADIUS_M: f64 = 0.006;
 
 /// The world with the robot in it, and the handles to find it there.
 pub struct Body {
@@ -26,6 +17,12 @@ pub struct Body {
     pub thighs: [RigidBodyHandle; 4],
     pub shins: [RigidBodyHandle; 4],
     pub multibody: MultibodyIndex,
+    /// Unit vectors in the frame of the part that carries the joint.
+    pub axes: [Vector; 8],
+    /// Middle of each foot's ball, in its shin's frame.
+    pub feet: [Vector; 4],
+    /// A point of each knee's axis, in its shin's frame.
+    pub knees: [Vector; 4],
 }
 
 /// Where and how the robot starts.
@@ -42,81 +39,77 @@ pub fn real(value: f64) -> Real {
     value as Real
 }
 
-/// A point of the shin, in its frame, at a distance from the knee.
-pub fn along_shin(robot: &Robot, distance_m: f64) -> Vector {
-    let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
-    Vector::new(real(distance_m * slope.cos()), 0.0, real(-distance_m * slope.sin()))
+fn vector(point: &Point3<f64>) -> Vector {
+    Vector::new(real(point.x), real(point.y), real(point.z))
 }
 
-/// The middle of the foot's ball, in the shin's frame.
-pub fn foot_in_shin(robot: &Robot) -> Vector {
-    along_shin(robot, robot.scaled_shin_m() - robot.geometry.foot_radius_m)
-}
-
-fn cuboid_inertia(mass_kg: f64, x_m: f64, y_m: f64, z_m: f64) -> [f64; 3] {
-    let twelfth = mass_kg / 12.0;
-    [twelfth * (y_m * y_m + z_m * z_m), twelfth * (x_m * x_m + z_m * z_m), twelfth * (x_m * x_m + y_m * y_m)]
-}
-
-/// Frame and electronics in the middle, a servo at each hip.
-fn torso_mass(robot: &Robot) -> MassProperties {
-    let Robot { geometry, mass, .. } = robot;
-    let width_m = 2.0 * geometry.hip_offset_m;
-    let frame = cuboid_inertia(mass.torso_kg, width_m, width_m, 2.0 * geometry.torso_half_height_m);
-    let servo = cuboid_inertia(mass.servo_kg, SERVO_SIZE_M, SERVO_SIZE_M / 2.0, SERVO_SIZE_M);
-    let lever = mass.servo_kg * geometry.hip_offset_m * geometry.hip_offset_m;
-    let inertia = [
-        frame[0] + 4.0 * (servo[0] + lever),
-        frame[1] + 4.0 * (servo[1] + lever),
-        frame[2] + 4.0 * (servo[2] + 2.0 * lever),
-    ];
-    let total_kg = mass.torso_kg + 4.0 * mass.servo_kg;
-    MassProperties::new(Vector::ZERO, real(total_kg), Vector::from_array(inertia.map(real)))
-}
-
-/// A tube with a servo at its end.
-fn thigh_mass(robot: &Robot) -> MassProperties {
-    let Robot { geometry, mass, .. } = robot;
-    let total_kg = mass.thigh_kg + mass.servo_kg;
-    let com_m = (mass.thigh_kg * geometry.thigh_m / 2.0 + mass.servo_kg * geometry.thigh_m) / total_kg;
-    let tube = cuboid_inertia(mass.thigh_kg, geometry.thigh_m, TUBE_RADIUS_M, TUBE_RADIUS_M);
-    let servo = cuboid_inertia(mass.servo_kg, SERVO_SIZE_M, SERVO_SIZE_M / 2.0, SERVO_SIZE_M);
-    let from_com = |at_m: f64| (at_m - com_m) * (at_m - com_m);
-    let lever = mass.thigh_kg * from_com(geometry.thigh_m / 2.0) + mass.servo_kg * from_com(geometry.thigh_m);
-    let inertia = [tube[0] + servo[0], tube[1] + servo[1] + lever, tube[2] + servo[2] + lever];
-    MassProperties::new(Vector::X * real(com_m), real(total_kg), Vector::from_array(inertia.map(real)))
-}
-
-/// A tube along the shin's slope.
-fn shin_mass(robot: &Robot) -> MassProperties {
-    let length_m = robot.scaled_shin_m();
-    let inertia = cuboid_inertia(robot.scaled_shin_kg(), length_m, 2.0 * TUBE_RADIUS_M, 2.0 * TUBE_RADIUS_M);
-    let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
-    MassProperties::with_principal_inertia_frame(
-        along_shin(robot, length_m / 2.0),
-        real(robot.scaled_shin_kg()),
-        Vector::from_array(inertia.map(real)),
-        Rotation::from_rotation_y(real(slope)),
+fn pose(frame: &Isometry3<f64>) -> Pose {
+    let turn = frame.rotation.coords;
+    Pose::from_parts(
+        vector(&Point3::from(frame.translation.vector)),
+        Rotation::from_xyzw(real(turn.x), real(turn.y), real(turn.z), real(turn.w)),
     )
 }
 
-/// A hinge about `axis` of both frames, at `anchor` in the parent, turned by `turn` about z there.
-fn hinge(anchor: Vector, turn: Rotation, x_to_axis: Rotation) -> GenericJoint {
+/// A pose of the engine in double precision.
+pub fn frame(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.translation.to_array().map(f64::from);
+    let [i, j, k, w] = pose.rotation.to_array().map(f64::from);
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k)),
+    )
+}
+
+fn mass(inertia: &Inertia) -> MassProperties {
+    let principal = inertia.principal();
+    let moments = principal.moments_kg_m2.map(real);
+    MassProperties::with_principal_inertia_frame(
+        vector(&inertia.centre_m),
+        real(inertia.mass_kg),
+        Vector::new(moments.x, moments.y, moments.z),
+        pose(&Isometry3::from_parts(Translation3::identity(), principal.axes)).rotation,
+    )
+}
+
+fn hinge(hinge: &Hinge) -> GenericJoint {
     GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-        .local_frame1(Pose::from_parts(anchor, turn * x_to_axis))
-        .local_frame2(Pose::from_rotation(x_to_axis))
+        .local_frame1(pose(&hinge.in_parent))
+        .local_frame2(pose(&hinge.in_child))
         .build()
 }
 
-fn dynamic(mass: MassProperties, pose: Pose) -> RigidBody {
+fn dynamic(link: &Link, pose: Pose) -> RigidBody {
     // Bodies fall asleep by default, and servos do not wake them.
-    RigidBodyBuilder::dynamic().additional_mass_properties(mass).pose(pose).can_sleep(false).build()
+    RigidBodyBuilder::dynamic()
+        .additional_mass_properties(mass(&link.inertia))
+        .pose(pose)
+        .can_sleep(false)
+        .build()
+}
+
+fn collider(solid: &Solid) -> ColliderBuilder {
+    let at = pose(&solid.pose);
+    // The engine's cylinders stand along y, ours along z.
+    let upright = Pose::from_rotation(Rotation::from_rotation_x(core::f32::consts::FRAC_PI_2));
+    match &solid.shape {
+        Shape::Ball { radius_m } => ColliderBuilder::ball(real(*radius_m)).position(at),
+        Shape::Capsule { half_m, radius_m } => {
+            ColliderBuilder::capsule_z(real(*half_m), real(*radius_m)).position(at)
+        }
+        Shape::Cylinder { half_m, radius_m } => {
+            ColliderBuilder::cylinder(real(*half_m), real(*radius_m)).position(at * upright)
+        }
+        Shape::Cuboid { half_m } => {
+            ColliderBuilder::cuboid(real(half_m.x), real(half_m.y), real(half_m.z)).position(at)
+        }
+    }
 }
 
 impl Body {
     /// Puts the robot on the ground. A fresh world for each start: nothing of
     /// an earlier episode, such as contact impulses, can leak into the next.
-    pub fn new(robot: &Robot, start: &Pose0) -> Self {
+    pub fn new(limbs: &Limbs, servo: &Servo, start: &Pose0) -> Self {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         let parameters = &mut physics.integration_parameters;
@@ -138,65 +131,52 @@ impl Body {
             ground,
             &mut physics.bodies,
         );
-        let solid = |shape: ColliderBuilder| shape.density(0.0).friction(friction).collision_groups(on_robot);
-
-        let geometry = &robot.geometry;
-        let torso_pose = Pose::from_parts(
+        let origin = Pose::from_parts(
             Vector::Z * real(start.height_m),
             Rotation::from_rotation_z(real(start.yaw_rad)),
         );
-        let torso = physics.bodies.insert(dynamic(torso_mass(robot), torso_pose));
-        let half_width = real(geometry.hip_offset_m);
-        physics.colliders.insert_with_parent(
-            solid(ColliderBuilder::cuboid(half_width, half_width, real(geometry.torso_half_height_m))),
-            torso,
-            &mut physics.bodies,
-        );
-
-        let to_z = Rotation::from_rotation_y(-core::f32::consts::FRAC_PI_2);
-        let to_y = Rotation::from_rotation_z(core::f32::consts::FRAC_PI_2);
-        let thigh_m = real(geometry.thigh_m);
+        let mut insert = |link: &Link, foot: Option<ColliderBuilder>| {
+            let body = physics.bodies.insert(dynamic(link, origin));
+            for solid in link.solids.iter().map(collider).chain(foot) {
+                physics.colliders.insert_with_parent(
+                    solid.density(0.0).friction(friction).collision_groups(on_robot),
+                    body,
+                    &mut physics.bodies,
+                );
+            }
+            body
+        };
+        let torso = insert(&limbs.torso, None);
         // Hips first: joint j is then degree of freedom 6 + j.
-        let thighs = LEG_SIGNS.map(|(x, y)| {
-            let thigh = physics.bodies.insert(dynamic(thigh_mass(robot), torso_pose));
-            physics.colliders.insert_with_parent(
-                solid(ColliderBuilder::capsule_from_endpoints(
-                    Vector::ZERO,
-                    Vector::X * thigh_m,
-                    real(TUBE_RADIUS_M),
-                )),
-                thigh,
-                &mut physics.bodies,
-            );
-            let anchor = Vector::new(real(x * geometry.hip_offset_m), real(y * geometry.hip_offset_m), 0.0);
-            let turn = Rotation::from_rotation_z(real(y.atan2(x)));
-            physics.multibody_joints.insert(torso, thigh, hinge(anchor, turn, to_z), true);
-            thigh
+        let thighs = core::array::from_fn(|leg| insert(&limbs.legs[leg].thigh, None));
+        let ball = || ColliderBuilder::ball(real(limbs.foot_radius_m));
+        let feet = core::array::from_fn(|leg| vector(&limbs.legs[leg].foot_m));
+        let shins = core::array::from_fn(|leg| {
+            insert(&limbs.legs[leg].shin, Some(ball().translation(feet[leg])))
         });
-        let foot = foot_in_shin(robot);
-        let shins = thighs.map(|thigh| {
-            let shin = physics.bodies.insert(dynamic(shin_mass(robot), torso_pose));
-            physics.colliders.insert_with_parent(
-                solid(ColliderBuilder::ball(real(geometry.foot_radius_m)).translation(foot)),
-                shin,
-                &mut physics.bodies,
-            );
-            let knee = hinge(Vector::X * thigh_m, Rotation::IDENTITY, to_y);
-            physics.multibody_joints.insert(thigh, shin, knee, true);
-            shin
-        });
+        for (leg, thigh) in limbs.legs.iter().zip(thighs) {
+            physics.multibody_joints.insert(torso, thigh, hinge(&leg.hip), true);
+        }
+        for (leg, (thigh, shin)) in limbs.legs.iter().zip(core::iter::zip(thighs, shins)) {
+            physics.multibody_joints.insert(thigh, shin, hinge(&leg.knee), true);
+        }
 
         // `insert` has just put the torso into a multibody.
         #[expect(clippy::expect_used, reason = "an invariant of the lines above")]
         let multibody =
             physics.multibody_joints.rigid_body_link(torso).expect("the torso has four hips").multibody;
-        let mut body = Self { physics, torso, thighs, shins, multibody };
-        body.pose(robot, start);
+        let axes = core::array::from_fn(|j| {
+            let leg = &limbs.legs[j % 4];
+            pose(&if j < 4 { &leg.hip } else { &leg.knee }.in_parent).rotation * Vector::X
+        });
+        let knees = core::array::from_fn(|leg| pose(&limbs.legs[leg].knee.in_child).translation);
+        let mut body = Self { physics, torso, thighs, shins, multibody, axes, feet, knees };
+        body.pose(servo, start);
         body
     }
 
     /// Sets joint angles and the damping of servos, and settles all poses.
-    fn pose(&mut self, robot: &Robot, start: &Pose0) {
+    fn pose(&mut self, servo: &Servo, start: &Pose0) {
         let PhysicsWorld { multibody_joints, bodies, colliders, .. } = &mut self.physics;
         // Else the centres of mass are known from the second step on only.
         for link in [self.torso].iter().chain(&self.thighs).chain(&self.shins) {
@@ -207,9 +187,9 @@ impl Body {
         // Rapier damps every rotation by 0.1, that of the whole robot included.
         let damping = multibody.damping_mut();
         damping.fill(0.0);
-        damping.rows_mut(6, 8).fill(real(robot.servo.damping_n_m_s_rad));
-        if robot.servo.friction_n_m > 0.0 {
-            multibody.frictions_mut().rows_mut(6, 8).fill(real(robot.servo.friction_n_m));
+        damping.rows_mut(6, 8).fill(real(servo.damping_n_m_s_rad));
+        if servo.friction_n_m > 0.0 {
+            multibody.frictions_mut().rows_mut(6, 8).fill(real(servo.friction_n_m));
         }
         let mut displacements = [0.0; 14];
         for (displacement, &angle) in displacements[6..].iter_mut().zip(&start.joint_angles_rad) {

@@ -7,16 +7,20 @@
 //! The world's frame is that of the start: origin under the torso's middle, z
 //! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
 
-use super::body::{Body, Pose0, foot_in_shin, real};
+use super::body::{Body, Pose0, frame, real};
 use super::start::Start;
-use crate::robot::Robot;
+use crate::robot::{Limbs, Robot};
 use rapier3d::prelude::*;
+use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// A foot nearer to the ground than this stands on it.
 const CONTACT_M: f64 = 0.001;
-/// Torque per radian beyond a servo's end stop; with the servo's own damping
-/// it stops a shin within a degree and stays stable at this step.
+/// Torque per radian beyond a joint's end; with the servo's own damping it
+/// stops a shin of the Ant within a degree and stays stable at this step.
 const END_STOP_N_M_RAD: f64 = 20.0;
+/// The same for strong servos, a multiple of their torque: they push no more than two degrees in.
+const END_STOP_PER_TORQUE_RAD: f64 = 30.0;
 /// Beyond this tilt the robot will not stand up again by itself.
 const FALLEN_TILT_RAD: f64 = 1.0;
 /// Below this share of its voltage a servo's own electronics resets; nothing
@@ -26,7 +30,12 @@ const LEAST_VOLTAGE_SHARE: f64 = 0.5;
 /// The simulated robot.
 pub struct World {
     robot: Robot,
+    limbs: Arc<Limbs>,
     body: Body,
+    /// How far each joint turns.
+    stops_rad: [[f64; 2]; 8],
+    /// Setpoints that are asked for but not yet acted on, the oldest first.
+    waiting: VecDeque<[Option<f64>; 8]>,
     servo_setpoints_rad: [f64; 8],
     joint_angles_rad: [f64; 8],
     joint_speeds_rad_s: [f64; 8],
@@ -95,35 +104,40 @@ impl World {
     /// what of a result is the step's doing. At least 1.
     #[must_use]
     pub fn refined(robot: &Robot, substeps: u32) -> Self {
-        Self::standing(robot.clone(), &[0.0; 8], &Start::default(), substeps.max(1))
+        let limbs = Arc::new(Limbs::of(robot));
+        Self::standing(robot.clone(), limbs, &[0.0; 8], &Start::default(), substeps.max(1))
     }
 
     /// Starts over, standing with these joint angles, changed as `start` says.
     pub fn reset(&mut self, joint_angles_rad: &[f64; 8], start: &Start) {
-        *self = Self::standing(self.robot.clone(), joint_angles_rad, start, self.substeps);
+        let (robot, limbs) = (self.robot.clone(), Arc::clone(&self.limbs));
+        *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
     }
 
-    fn standing(robot: Robot, asked_rad: &[f64; 8], start: &Start, substeps: u32) -> Self {
+    fn standing(
+        robot: Robot,
+        limbs: Arc<Limbs>,
+        asked_rad: &[f64; 8],
+        start: &Start,
+        substeps: u32,
+    ) -> Self {
         let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
-        let slope = robot.geometry.shin_below_horizontal_deg.to_radians();
-        let radius_m = robot.geometry.foot_radius_m;
-        let reach_m = robot.scaled_shin_m() - radius_m;
-        // The torso is level, so the deepest foot carries it, or its own belly does.
-        let height_m = angles[4..]
-            .iter()
-            .map(|knee| reach_m * (slope + knee).sin() + radius_m)
-            .fold(robot.geometry.torso_half_height_m, f64::max);
+        let step_s = Self::STEP_S / f64::from(substeps);
         let pose = Pose0 {
             joint_angles_rad: angles,
-            height_m: height_m + start.drop_m,
+            height_m: limbs.standing_height_m(&angles) + start.drop_m,
             yaw_rad: start.yaw_rad,
             friction: (robot.ground.friction * (1.0 + start.friction_share)).max(0.0),
-            step_s: Self::STEP_S / f64::from(substeps),
+            step_s,
         };
-        let body = Body::new(&robot, &pose);
+        // Until the first pulses get through, the servos hold what they were asked for before.
+        let delay_steps = (robot.servo.delay_s / step_s).round() as usize;
         Self {
+            body: Body::new(&limbs, &robot.servo, &pose),
+            stops_rad: limbs.stops_rad(&robot),
+            waiting: VecDeque::from(vec![angles.map(Some); delay_steps]),
             robot,
-            body,
+            limbs,
             servo_setpoints_rad: angles,
             joint_angles_rad: angles,
             joint_speeds_rad_s: [0.0; 8],
@@ -140,7 +154,8 @@ impl World {
 
     /// Advances by [`Self::STEP_S`]. `None` is a servo without pulses: it does
     /// not pull, and only its gears resist. A setpoint beyond the end stop, or
-    /// one that is no number, is the end stop, or the setpoint before.
+    /// one that is no number, is the end stop, or the setpoint before. Servos
+    /// act on a setpoint their delay later, to the physics step.
     pub fn step(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
         let mut mean = StepOutcome::default();
         let share = 1.0 / f64::from(self.substeps);
@@ -155,7 +170,10 @@ impl World {
         mean
     }
 
-    fn substep(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
+    fn substep(&mut self, asked_rad: &[Option<f64>; 8]) -> StepOutcome {
+        self.waiting.push_back(*asked_rad);
+        // Never empty: one was pushed.
+        let setpoints_rad = self.waiting.pop_front().unwrap_or(*asked_rad);
         let mut torques_n_m = [0.0; 8];
         for (j, asked) in setpoints_rad.iter().enumerate() {
             torques_n_m[j] = self.drive(j, *asked);
@@ -219,19 +237,21 @@ impl World {
                 self.voltage_share * (stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
-        pull_n_m - END_STOP_N_M_RAD * (angle_rad - angle_rad.clamp(-stop_rad, stop_rad))
+        let [low_rad, high_rad] = self.stops_rad[j];
+        let stiffness_n_m_rad = END_STOP_N_M_RAD.max(END_STOP_PER_TORQUE_RAD * servo.torque_limit_n_m);
+        pull_n_m - stiffness_n_m_rad * (angle_rad - angle_rad.max(low_rad).min(high_rad))
     }
 
     /// Torques act on the child and back on the parent, about the joint's axis.
     fn apply(&mut self, torques_n_m: &[f64; 8]) {
-        let Body { physics, torso, thighs, shins, .. } = &mut self.body;
+        let Body { physics, torso, thighs, shins, axes, .. } = &mut self.body;
         let bodies = &mut physics.bodies;
-        let hip_axis = *bodies[*torso].rotation() * Vector::Z;
+        let torso_turn = *bodies[*torso].rotation();
         let mut on_torso = Vector::ZERO;
         for leg in 0..4 {
-            let hip = hip_axis * real(torques_n_m[leg]);
+            let hip = (torso_turn * axes[leg]) * real(torques_n_m[leg]);
             let thigh = &mut bodies[thighs[leg]];
-            let knee = (*thigh.rotation() * Vector::Y) * real(torques_n_m[4 + leg]);
+            let knee = (*thigh.rotation() * axes[4 + leg]) * real(torques_n_m[4 + leg]);
             thigh.reset_torques(false);
             thigh.add_torque(hip - knee, false);
             let shin = &mut bodies[shins[leg]];
@@ -290,35 +310,39 @@ impl World {
     /// Middle of each foot's ball, legs 1 to 4, in the world's frame.
     #[must_use]
     pub fn feet_m(&self) -> [[f64; 3]; 4] {
-        let foot = foot_in_shin(&self.robot);
-        self.body.shins.map(|shin| {
-            self.body.physics.bodies[shin].position().transform_point(foot).to_array().map(f64::from)
-        })
+        self.on_shins(&self.body.feet)
     }
 
-    /// Knee axes, legs 1 to 4, in the world's frame.
+    /// A point of each knee's axis, legs 1 to 4, in the world's frame.
     #[must_use]
     pub fn knees_m(&self) -> [[f64; 3]; 4] {
-        self.body.shins.map(|shin| self.body.physics.bodies[shin].translation().to_array().map(f64::from))
+        self.on_shins(&self.body.knees)
+    }
+
+    fn on_shins(&self, points: &[Vector; 4]) -> [[f64; 3]; 4] {
+        core::array::from_fn(|leg| {
+            let shin = &self.body.physics.bodies[self.body.shins[leg]];
+            shin.position().transform_point(points[leg]).to_array().map(f64::from)
+        })
     }
 
     /// Which feet stand on the ground.
     #[must_use]
     pub fn foot_contacts(&self) -> [bool; 4] {
-        let radius_m = self.robot.geometry.foot_radius_m;
+        let radius_m = self.limbs.foot_radius_m;
         self.feet_m().map(|[.., z]| z < radius_m + CONTACT_M)
     }
 
-    /// Whether anything but the feet touches the ground: torso or a knee.
+    /// Whether anything but the feet touches the ground.
     #[must_use]
     pub fn body_touches_ground(&self) -> bool {
-        let torso = self.torso();
-        let belly_m = self.robot.geometry.torso_half_height_m;
-        let half_width_m = self.robot.geometry.hip_offset_m;
-        let lean = torso.tilt_rad().sin();
-        // A corner of a tilted torso is lower by its distance from the middle.
-        let lowest_m = torso.position_m[2] - belly_m - half_width_m * core::f64::consts::SQRT_2 * lean;
-        lowest_m < CONTACT_M || self.knees_m().iter().any(|[.., z]| *z < 0.006 + CONTACT_M)
+        let Body { physics, torso, thighs, shins, .. } = &self.body;
+        let legs = self.limbs.legs.iter().zip(core::iter::zip(thighs, shins));
+        let links = legs.flat_map(|(leg, (thigh, shin))| [(&leg.thigh, thigh), (&leg.shin, shin)]);
+        core::iter::once((&self.limbs.torso, torso)).chain(links).any(|(link, handle)| {
+            let pose = frame(physics.bodies[*handle].position());
+            link.solids.iter().any(|solid| solid.lowest_m(&pose) < CONTACT_M)
+        })
     }
 
     /// Whether the robot lies, or leans so far that it will.

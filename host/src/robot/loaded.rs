@@ -1,0 +1,123 @@
+//! From what rapier's loaders hand over to bodies in double precision.
+//!
+//! Owns the two checks that both formats need before a loader may see a file.
+
+use super::error::ModelError;
+use super::inertia::Inertia;
+use super::solid::{Shape, Solid};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use rapier3d::prelude::*;
+
+/// A robot of eight servos takes a few kilobytes.
+const MOST_BYTES: usize = 1 << 20;
+/// Parsers recurse, and a stack ends.
+const MOST_DEPTH: usize = 64;
+/// Metres, kilograms or radians of no robot here.
+const MOST: f64 = 1000.0;
+
+/// Refuses a text that would take a parser's memory or stack.
+pub fn check_text(text: &str) -> Result<(), ModelError> {
+    if text.len() > MOST_BYTES {
+        return Err(ModelError::TooLong { bytes: text.len(), most: MOST_BYTES });
+    }
+    let depth = depth(text);
+    if depth > MOST_DEPTH { Err(ModelError::TooDeep { depth, most: MOST_DEPTH }) } else { Ok(()) }
+}
+
+/// How deep a text's elements are nested, at most; comments and the like aside.
+fn depth(text: &str) -> usize {
+    let (mut depth, mut most) = (0_usize, 0);
+    let mut rest = text;
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start + 1..];
+        let end_mark = if rest.starts_with("!--") { "-->" } else { ">" };
+        let Some(end) = rest.find(end_mark) else { break };
+        let tag = &rest[..end];
+        if let Some(first) = tag.chars().next() {
+            match first {
+                '!' | '?' => {}
+                '/' => depth = depth.saturating_sub(1),
+                _ if tag.ends_with('/') => most = most.max(depth + 1),
+                _ => {
+                    depth += 1;
+                    most = most.max(depth);
+                }
+            }
+        }
+        rest = &rest[end..];
+    }
+    most
+}
+
+/// Refuses what is no number, or none of a robot's.
+pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
+    match values.iter().find(|value| !(value.abs() <= MOST)) {
+        Some(value) => Err(ModelError::Number { what: what(), value: *value, most: MOST }),
+        None => Ok(()),
+    }
+}
+
+/// A frame.
+pub fn frame(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.translation.to_array().map(f64::from);
+    let [i, j, k, w] = pose.rotation.to_array().map(f64::from);
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    Isometry3::from_parts(Translation3::new(x, y, z), turn)
+}
+
+/// How far a hinge turns from where it is drawn, if anything stops it.
+pub fn range_rad(joint: &GenericJoint) -> Option<[f64; 2]> {
+    joint.limits(JointAxis::AngX).map(|limits| [f64::from(limits.min), f64::from(limits.max)])
+}
+
+/// What the file says of a body's mass.
+pub fn inertia(body: &RigidBody) -> Inertia {
+    let Some(RigidBodyAdditionalMassProps::MassProps(mass)) =
+        body.mass_properties().additional_local_mprops.as_deref()
+    else {
+        return Inertia::none();
+    };
+    let turn = frame(&Pose::from_parts(Vector::ZERO, mass.principal_inertia_local_frame)).rotation;
+    let turn = turn.to_rotation_matrix();
+    let moments = Vector3::from(mass.principal_inertia().to_array().map(f64::from));
+    Inertia {
+        mass_kg: f64::from(mass.mass()),
+        centre_m: mass.local_com.to_array().map(f64::from).into(),
+        tensor_kg_m2: turn.matrix() * Matrix3::from_diagonal(&moments) * turn.matrix().transpose(),
+    }
+}
+
+/// A shape to touch with.
+pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
+    let pose = frame(collider.position());
+    // Ours stand along z, rapier's along y.
+    let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -core::f64::consts::FRAC_PI_2);
+    match collider.shape().as_typed_shape() {
+        TypedShape::Ball(ball) => {
+            Ok(Solid { pose, shape: Shape::Ball { radius_m: f64::from(ball.radius) } })
+        }
+        TypedShape::Cuboid(cuboid) => {
+            let half_m = Vector3::from(cuboid.half_extents.to_array().map(f64::from));
+            Ok(Solid { pose, shape: Shape::Cuboid { half_m } })
+        }
+        TypedShape::Capsule(capsule) => {
+            let end = |point: Vector| Vector3::from(point.to_array().map(f64::from));
+            let (from, to) = (end(capsule.segment.a), end(capsule.segment.b));
+            let along = to - from;
+            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI));
+            let middle = Isometry3::from_parts(((from + to) / 2.0).into(), turn);
+            let shape =
+                Shape::Capsule { half_m: along.norm() / 2.0, radius_m: f64::from(capsule.radius) };
+            Ok(Solid { pose: pose * middle, shape })
+        }
+        TypedShape::Cylinder(cylinder) => {
+            let shape = Shape::Cylinder {
+                half_m: f64::from(cylinder.half_height),
+                radius_m: f64::from(cylinder.radius),
+            };
+            Ok(Solid { pose: pose * upright, shape })
+        }
+        _ => Err(ModelError::Shape { body: body.to_owned(), shape: "shape that is none of these" }),
+    }
+}
