@@ -147,14 +147,14 @@ impl Robot {
     /// The robot that a run was made for; none where the run keeps none.
     ///
     /// # Errors
-    /// As [`Self::load`], and [`RobotError::OldRun`] for a robot in one file.
+    /// As [`Self::load`].
     pub fn of_run(run: &Path) -> Result<Option<Self>, RobotError> {
         let folder = run.join(run_folder::ROBOT);
         if folder.is_dir() {
             return Self::load(&folder).map(Some);
         }
-        let old = run.join(DESCRIPTION);
-        if old.is_file() { Err(RobotError::OldRun { path: old }) } else { Ok(None) }
+        // A run of an older release, or a file that lies in a robot's own folder.
+        if run.join(DESCRIPTION).is_file() { Self::load(run).map(Some) } else { Ok(None) }
     }
 
     /// The robot that a run must have been made for.
@@ -199,8 +199,14 @@ impl Robot {
         file: &Path,
         read: impl FnOnce(&str) -> Result<String, RobotError>,
     ) -> Result<Self, RobotError> {
-        let document: Document = toml::from_str(text)
-            .map_err(|source| RobotError::Parse { path: file.to_owned(), source: Box::new(source) })?;
+        let document: Document = toml::from_str(text).map_err(|source| {
+            let path = file.to_owned();
+            let whole = toml::from_str::<toml::Table>(text);
+            if whole.is_ok_and(|table| table.contains_key("geometry") && !table.contains_key("model")) {
+                return RobotError::OldFile { path };
+            }
+            RobotError::Parse { path, source: Box::new(source) }
+        })?;
         let in_model = |path: PathBuf| {
             move |source: ModelError| RobotError::Model { path, source: Box::new(source) }
         };

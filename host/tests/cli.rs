@@ -404,7 +404,7 @@ fn the_demo_refuses_what_its_last_steps_would_before_it_trains() {
 #[test]
 fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
     let desk = Desk::new();
-    desk.write("robot.toml", &host::robot::Robot::ant(0.6).unwrap().to_toml());
+    host::robot::Robot::ant(0.6).unwrap().save(&desk.path(host::run_folder::ROBOT)).unwrap();
 
     desk.host(&["fit", "walk.csv", "--out", "short.toml"])
         .assert()

@@ -120,7 +120,7 @@ fn a_policy_walks_in_simulation_and_the_robot_does_as_it_is_told() {
     assert!(text.contains("played the policy of runs/latest for"), "{text}");
     let run = setting.folder.path().join("runs/latest");
     let config = RunConfig::load(&run.join("config.toml")).unwrap();
-    let robot = host::robot::Robot::load(&run.join("robot.toml")).unwrap();
+    let robot = host::robot::Robot::load(&run.join(host::run_folder::ROBOT)).unwrap();
     let mut policy = Policy::load(&run.join("policy.safetensors")).unwrap();
     let mut env = AntEnv::new(&robot, config.env);
     let (mut observation, mut action) = ([0.0; 27], [0.0; 8]);

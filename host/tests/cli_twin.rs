@@ -92,17 +92,17 @@ fn validate_tells_scripts_every_number_that_it_promises() {
 #[test]
 fn fit_writes_a_description_that_every_command_reads() {
     let desk = Desk::new();
-    let fit = ["--method", "trot", "--vary", "ground.friction", "--budget", "20", "--out", "fitted.toml"];
+    let fit = ["--method", "trot", "--vary", "ground.friction", "--budget", "20", "--out", "fitted"];
 
     let found = desk.json("fit", &fit);
 
-    let robot = Robot::load(&desk.path("fitted.toml")).unwrap();
+    let robot = Robot::load(&desk.path("fitted")).unwrap();
     let record = robot.twin.clone().unwrap();
     assert_eq!(record.methods, ["trot"]);
     assert!(record.spread.contains_key("ground.friction"));
     let friction = found["parameters"]["ground.friction"]["value"].as_f64().unwrap();
     assert!((friction - robot.ground.friction).abs() < 1e-12);
-    let again = desk.json("validate", &["--robot", "fitted.toml", "--method", "trot"]);
+    let again = desk.json("validate", &["--robot", "fitted", "--method", "trot"]);
     assert_eq!(again, found["validation"]);
     let errors = &again["methods"]["trot"];
     let score = ["speed_mare", "power_mare", "cot_mare"].map(|key| errors[key].as_f64().unwrap());

@@ -61,8 +61,11 @@ fn train_leaves_a_run_that_the_next_commands_find() {
     assert_eq!(result["train_env_steps"], 500);
     assert!(result["reward_trained"].as_f64() >= result["reward_untrained"].as_f64());
     let run = folder.path().join(run_folder::LATEST);
-    for file in [run_folder::CONFIG, run_folder::ROBOT, run_folder::POLICY, run_folder::LEARNING_CURVE] {
+    for file in [run_folder::CONFIG, run_folder::POLICY, run_folder::LEARNING_CURVE] {
         assert!(run.join(file).is_file(), "{file}");
+    }
+    for file in ["robot.toml", "ant.xml"] {
+        assert!(run.join(run_folder::ROBOT).join(file).is_file(), "{file}");
     }
     let curve = std::fs::read_to_string(run.join(run_folder::LEARNING_CURVE)).unwrap();
     assert_eq!(curve.lines().count(), 4, "{curve}");

@@ -30,6 +30,9 @@ pub struct Args {
     /// Length of the trial in seconds
     #[arg(long = "duration", default_value_t = 12.0, value_name = "S")]
     duration_s: f64,
+    /// Folder of the robot that learns and walks [default: the Ant]
+    #[arg(long, value_name = "FOLDER")]
+    robot: Option<PathBuf>,
     /// The virtual robot's program; by default the one built beside this one
     #[arg(long, value_name = "FILE")]
     virtual_robot: Option<PathBuf>,
@@ -182,7 +185,12 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     let amplitude = args.amplitude.to_string();
     let duration = args.duration_s.to_string();
 
-    let train = steps.run("train", &["--preset", &args.preset, "--seed", &seed, "--out", &run_name])?;
+    let mut flags = vec!["--preset", &args.preset, "--seed", &seed, "--out", &run_name];
+    let folder = args.robot.as_ref().map(|folder| folder.display().to_string());
+    if let Some(folder) = &folder {
+        flags.extend(["--robot", folder]);
+    }
+    let train = steps.run("train", &flags)?;
     steps.run("record", &["--run", &run_name])?;
     steps.run("fit", &["--run", &run_name])?;
 

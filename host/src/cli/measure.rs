@@ -10,13 +10,12 @@ mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::{Port, interruptible, unreachable_robot};
-use super::{Cause, Failure};
+use super::{Cause, Failure, robots};
 use crate::gait_file::limits::as_typed;
 use crate::gait_file::{GaitFile, gait_sha256};
 use crate::link::ports::SerialLink;
 use crate::link::{LinkError, words};
 use crate::playable::Playable;
-use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::trial::table::{self, Row, TableError};
 use crate::trial::{self, Order, TrialStop, clock};
@@ -60,9 +59,12 @@ pub struct Args {
     /// robot's JSON lines
     #[arg(long, value_name = "FILE")]
     tracker: Option<PathBuf>,
-    /// Mass of the robot [default: from the run's robot.toml, else the Ant's]
-    #[arg(long, value_name = "KG")]
+    /// Mass of the robot [default: as --robot says]
+    #[arg(long, value_name = "KG", conflicts_with = "robot")]
     mass_kg: Option<f64>,
+    /// Folder of the robot [default: the run's, else the Ant]
+    #[arg(long, value_name = "FOLDER")]
+    robot: Option<PathBuf>,
     #[command(flatten)]
     port: Port,
     /// Folder for trials.csv and the telemetry [default: the last run]
@@ -197,9 +199,7 @@ fn mass_kg(args: &Args, folder: &Path) -> Result<f64, Failure> {
     if let Some(mass_kg) = args.mass_kg {
         return Ok(mass_kg);
     }
-    let described = folder.join(run_folder::ROBOT);
-    let robot = if described.is_file() { Robot::load(&described) } else { Robot::ant(1.0) };
-    robot
+    robots::of(args.robot.as_deref(), folder)
         // A sum of parts: 0.8999999999999999 would be printed as such.
         .map(|robot| (robot.mass_kg() * 1e9).round() / 1e9)
         .map_err(|e| failure_with_help(Cause::Input, e, "or give the robot's mass: --mass-kg KG"))

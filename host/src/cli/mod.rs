@@ -17,6 +17,7 @@ mod reach;
 mod record;
 mod recording;
 mod set;
+mod robots;
 mod status;
 mod stop;
 #[cfg(feature = "train")]

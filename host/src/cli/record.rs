@@ -58,7 +58,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn play(args: &Args) -> Result<(), RecordCliError> {
     let config = RunConfig::load(&args.run.join(run_folder::CONFIG))?;
-    let robot = Robot::load(&args.run.join(run_folder::ROBOT))?;
+    let robot = Robot::of_trained_run(&args.run)?;
     let policy = Policy::load(&args.run.join(run_folder::POLICY))?;
     eprintln!("Playing {} trials of {}.", args.trials, args.run.display());
     let recording = record(&policy, &robot, config.env, config.seed, args.trials.into())

@@ -13,7 +13,7 @@ use crate::run_folder;
 use crate::trajectory::loop_finder::{self, Loop};
 use crate::trajectory::{Trajectory, TrajectoryError};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -234,13 +234,12 @@ impl Recording {
     }
 
     fn robot(&self) -> Result<Option<Robot>, Failure> {
-        let beside = self.path().with_file_name(run_folder::ROBOT);
+        let path = self.path();
         let robot = match self.leg {
-            Some(leg) => Some(Robot::ant(leg)),
-            None if beside.is_file() => Some(Robot::load(&beside)),
-            None => None,
+            Some(leg) => Robot::ant(leg).map(Some),
+            None => Robot::of_run(path.parent().unwrap_or(Path::new(""))),
         };
-        robot.transpose().map_err(|e| failure(Cause::Input, e))
+        robot.map_err(|e| failure(Cause::Input, e))
     }
 }
 

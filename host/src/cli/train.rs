@@ -42,8 +42,8 @@ pub struct Args {
     #[arg(long, value_name = "RUN")]
     resume: Option<PathBuf>,
 
-    /// A robot description instead of the built-in Ant
-    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    /// Folder of a robot other than the built-in Ant
+    #[arg(long, value_name = "FOLDER", conflicts_with = "resume")]
     robot: Option<PathBuf>,
 
     /// Print the result as one line of JSON on standard output
@@ -109,7 +109,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     let (config, robot, folder) = match &args.resume {
         Some(folder) => {
             let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
-            (config, Robot::load(&folder.join(run_folder::ROBOT))?, folder.clone())
+            (config, Robot::of_trained_run(folder)?, folder.clone())
         }
         None => prepare(&args)?,
     };
@@ -177,7 +177,7 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot, PathBuf), TrainCliError> {
         None => run_folder::create(&format!("leg{}-seed{}", config.leg_scale.0, config.seed))?,
     };
     config.save(&folder.join(run_folder::CONFIG))?;
-    run_folder::write(&folder.join(run_folder::ROBOT), robot.to_toml().as_bytes())?;
+    robot.save(&folder.join(run_folder::ROBOT))?;
     Ok((config, robot, folder))
 }
 

@@ -46,8 +46,8 @@ struct Data {
     /// Length of the legs: selects the trials and the robot
     #[arg(long, default_value_t = 1.0, value_name = "SCALE")]
     leg: f64,
-    /// Robot description [default: the Ant's]
-    #[arg(long, value_name = "FILE")]
+    /// Folder of the robot [default: the Ant's]
+    #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
     /// Cores to use [default: all]
     #[arg(long, value_name = "N")]
@@ -77,8 +77,8 @@ struct FitArgs {
     /// Share of each parameter's range over which the first sets are spread
     #[arg(long, default_value_t = Budget::default().first_step, value_name = "SHARE")]
     first_step: f64,
-    /// Robot description to write [default: robot.toml in a new run folder]
-    #[arg(long, value_name = "FILE")]
+    /// Folder to write the fitted robot to [default: robot in a new run folder]
+    #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
@@ -175,7 +175,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
     let trials = trials.of(&args.method).map_err(bad)?;
     let parameters = Parameter::choose(&args.vary).map_err(|error| failure(Cause::Usage, error))?;
     let unwritten = |error: run_folder::FileError| {
-        failure_with_help(Cause::Machine, error, "name another file with --out")
+        failure_with_help(Cause::Machine, error, "name another folder with --out")
     };
     let path = match &args.out {
         Some(path) => path.clone(),
@@ -200,7 +200,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
             if bar.is_hidden() {
                 eprintln!("{saved} of {} sets, score {:.2} %", args.budget, 100.0 * progress.score);
             }
-            lost = run_folder::write(&path, progress.best.to_toml().as_bytes()).err();
+            lost = progress.best.save(&path).err();
         }
         !stop.load(Ordering::Relaxed) && lost.is_none()
     };
@@ -218,7 +218,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
     if robot.twin.as_ref().is_none_or(|twin| !twin.score.is_finite()) {
         return Err(failure(Cause::Interrupted, TwinCliError::TooEarly));
     }
-    run_folder::write(&path, robot.to_toml().as_bytes()).map_err(unwritten)?;
+    robot.save(&path).map_err(unwritten)?;
     let report =
         pool.install(|| twin::validate(&robot, &tables, &trials, &Options::default())).map_err(bad)?;
     report::print_fit(&robot, &parameters, &path, &report, args.json);

@@ -40,12 +40,12 @@ pub enum RobotError {
         /// Most allowed.
         max: f64,
     },
-    /// The run was made when a robot was one file.
+    /// It was written when a robot was one file.
     #[error(
-        "{path} is a robot in one file, of an older release; a robot is a folder now: repeat the run, or \
-         name a robot's folder"
+        "{path} has no [model]: it is a robot in one file, of an older release, and a robot is a folder \
+         now; repeat the run, or name a robot's folder"
     )]
-    OldRun {
+    OldFile {
         /// The file.
         path: PathBuf,
     },

@@ -223,7 +223,11 @@ fn alike(
 
 /// The shins' slope as drawn.
 pub fn drawn_slope_deg(drawn: &Drawn) -> Result<f64, ModelError> {
-    let slopes: [f64; 4] = core::array::from_fn(|leg| Slopes::of(&drawn.legs[leg]).at_rad(0.0).to_degrees());
+    let slopes: [f64; 4] = core::array::from_fn(|leg| {
+        let slope_deg = Slopes::of(&drawn.legs[leg]).at_rad(0.0).to_degrees();
+        // Loaders keep rotations in single precision.
+        (slope_deg * 1e4).round() / 1e4
+    });
     alike(slopes, ALIKE_DEG, "shins' slopes in degrees", "geometry.shin_below_horizontal_deg")
 }
 

@@ -14,6 +14,8 @@ const MOST_BYTES: usize = 1 << 20;
 const MOST_DEPTH: usize = 64;
 /// Metres, kilograms or radians of no robot here.
 const MOST: f64 = 1000.0;
+/// What the engine's single precision may differ by, as a share.
+const SINGLE: f64 = 1e-6;
 
 /// Refuses a text that would take a parser's memory or stack.
 pub fn check_text(text: &str) -> Result<(), ModelError> {
@@ -57,9 +59,15 @@ pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), Mo
     }
 }
 
+/// What the file said, up to seven digits: loaders keep single precision, and
+/// 0.055 in it is not the double precision's.
+fn wide(value: Real) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
 /// A frame.
 pub fn frame(pose: &Pose) -> Isometry3<f64> {
-    let [x, y, z] = pose.translation.to_array().map(f64::from);
+    let [x, y, z] = pose.translation.to_array().map(wide);
     let [i, j, k, w] = pose.rotation.to_array().map(f64::from);
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
     Isometry3::from_parts(Translation3::new(x, y, z), turn)
@@ -67,11 +75,12 @@ pub fn frame(pose: &Pose) -> Isometry3<f64> {
 
 /// How far a hinge turns from where it is drawn, if anything stops it.
 pub fn range_rad(joint: &GenericJoint) -> Option<[f64; 2]> {
-    joint.limits(JointAxis::AngX).map(|limits| [f64::from(limits.min), f64::from(limits.max)])
+    joint.limits(JointAxis::AngX).map(|limits| [wide(limits.min), wide(limits.max)])
 }
 
-/// What the file says of a body's mass.
-pub fn inertia(body: &RigidBody) -> Inertia {
+/// A body's inertia, and the mass that the file says in double precision, if
+/// that is what the loader took.
+pub fn inertia(body: &RigidBody, said_kg: Option<f64>) -> Inertia {
     let Some(RigidBodyAdditionalMassProps::MassProps(mass)) =
         body.mass_properties().additional_local_mprops.as_deref()
     else {
@@ -81,8 +90,10 @@ pub fn inertia(body: &RigidBody) -> Inertia {
     let turn = turn.to_rotation_matrix();
     let moments = Vector3::from(mass.principal_inertia().to_array().map(f64::from));
     Inertia {
-        mass_kg: f64::from(mass.mass()),
-        centre_m: mass.local_com.to_array().map(f64::from).into(),
+        mass_kg: said_kg
+            .filter(|said| (said - f64::from(mass.mass())).abs() < SINGLE * said)
+            .unwrap_or_else(|| wide(mass.mass())),
+        centre_m: mass.local_com.to_array().map(wide).into(),
         tensor_kg_m2: turn.matrix() * Matrix3::from_diagonal(&moments) * turn.matrix().transpose(),
     }
 }
@@ -94,27 +105,27 @@ pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
     let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -core::f64::consts::FRAC_PI_2);
     match collider.shape().as_typed_shape() {
         TypedShape::Ball(ball) => {
-            Ok(Solid { pose, shape: Shape::Ball { radius_m: f64::from(ball.radius) } })
+            Ok(Solid { pose, shape: Shape::Ball { radius_m: wide(ball.radius) } })
         }
         TypedShape::Cuboid(cuboid) => {
-            let half_m = Vector3::from(cuboid.half_extents.to_array().map(f64::from));
+            let half_m = Vector3::from(cuboid.half_extents.to_array().map(wide));
             Ok(Solid { pose, shape: Shape::Cuboid { half_m } })
         }
         TypedShape::Capsule(capsule) => {
-            let end = |point: Vector| Vector3::from(point.to_array().map(f64::from));
+            let end = |point: Vector| Vector3::from(point.to_array().map(wide));
             let (from, to) = (end(capsule.segment.a), end(capsule.segment.b));
             let along = to - from;
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
                 .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI));
             let middle = Isometry3::from_parts(((from + to) / 2.0).into(), turn);
             let shape =
-                Shape::Capsule { half_m: along.norm() / 2.0, radius_m: f64::from(capsule.radius) };
+                Shape::Capsule { half_m: along.norm() / 2.0, radius_m: wide(capsule.radius) };
             Ok(Solid { pose: pose * middle, shape })
         }
         TypedShape::Cylinder(cylinder) => {
             let shape = Shape::Cylinder {
-                half_m: f64::from(cylinder.half_height),
-                radius_m: f64::from(cylinder.radius),
+                half_m: wide(cylinder.half_height),
+                radius_m: wide(cylinder.radius),
             };
             Ok(Solid { pose: pose * upright, shape })
         }

@@ -36,9 +36,10 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
     let mut raw = Raw::default();
     for (k, body) in robot.bodies.iter().enumerate().skip(1) {
         let name = body.name.clone().unwrap_or_else(|| format!("body {k} without a name"));
+        let drawn = &model.bodies[body.mjcf_body_id].body;
         let solids = body.colliders.iter().map(|collider| loaded::solid(&name, collider));
         raw.bodies.push(RawBody {
-            inertia: loaded::inertia(&body.body),
+            inertia: loaded::inertia(&body.body, drawn.inertial.as_ref().map(|inertial| inertial.mass)),
             solids: solids.collect::<Result<_, _>>()?,
             free: free.contains(&k),
             name,

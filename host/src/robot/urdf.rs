@@ -36,10 +36,11 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
     let robot = UrdfRobot::from_robot(&model, options, Path::new(""));
     let mut raw = Raw::default();
     for link in &robot.links {
-        let name = model.links[link.urdf_link_index].name.clone();
+        let drawn = &model.links[link.urdf_link_index];
+        let name = drawn.name.clone();
         let solids = link.colliders.iter().map(|found| loaded::solid(&name, &found.collider));
         raw.bodies.push(RawBody {
-            inertia: loaded::inertia(&link.body),
+            inertia: loaded::inertia(&link.body, Some(drawn.inertial.mass.value)),
             solids: solids.collect::<Result<_, _>>()?,
             // A URDF's root moves freely unless it is called otherwise.
             free: name != "world",

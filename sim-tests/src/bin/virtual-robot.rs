@@ -52,8 +52,8 @@ struct Args {
     /// The firmware image
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
-    /// The robot's description
-    #[arg(long, value_name = "FILE", conflicts_with = "leg")]
+    /// The robot's folder, if it is not the Ant
+    #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
     /// The Ant with shins of this many times 23 cm
     #[arg(long, value_name = "SCALE", default_value_t = 1.0)]

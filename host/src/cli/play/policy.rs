@@ -39,7 +39,7 @@ pub fn programme(args: &Args, run: &Path) -> Result<Programme, Failure> {
         ));
     }
     let config = RunConfig::load(&run.join(run_folder::CONFIG)).map_err(untrained)?;
-    let robot = Robot::load(&run.join(run_folder::ROBOT)).map_err(untrained)?;
+    let robot = Robot::of_trained_run(run).map_err(untrained)?;
     let policy = Policy::load(&run.join(run_folder::POLICY)).map_err(untrained)?;
     let (observation_len, action_len) = (policy.observation_len(), policy.action_len());
     if (observation_len, action_len) != (OBSERVATION_LEN, ACTION_LEN) {

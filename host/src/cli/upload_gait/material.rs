@@ -4,7 +4,7 @@ use super::{Args, BadFlag};
 use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::fit::{check_period, history};
 use crate::cli::recording::{Chosen, Unsaid};
-use crate::cli::{Cause, Failure};
+use crate::cli::{Cause, Failure, robots};
 use crate::gait_file::limits::LeavesLimits;
 use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
 use crate::playable::Playable;
@@ -45,7 +45,7 @@ impl Material {
         }
         let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
         let path = args.gait.clone().unwrap_or_else(default);
-        let robot = described(&path.with_file_name(run_folder::ROBOT))?;
+        let robot = robots::beside(args.robot.as_deref(), &path)?;
         if let Some((bytes, playable)) = sampled_bytes(&path) {
             let source = Source::Table.name();
             return Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: None });
@@ -68,9 +68,9 @@ impl Material {
         // A table that was quantised is valid, and the longest fits.
         let bytes = sampled.table.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default();
         let playable = playable(&bytes)?;
-        let robot = match chosen.robot {
-            Some(robot) => robot,
-            None => Robot::ant(1.0).map_err(|e| failure(Cause::Input, e))?,
+        let robot = match (&args.robot, chosen.robot) {
+            (None, Some(robot)) => robot,
+            (named, _) => robots::beside(named.as_deref(), &chosen.path)?,
         };
         let (path, source) = (chosen.path, "sampled");
         Ok(Self { path, bytes, playable, source, sampled: Some(sampled), robot, curves: None })
@@ -100,11 +100,6 @@ impl Material {
 
 fn default_name(chosen: &Chosen) -> String {
     history::default_name(&chosen.path, &Provenance::of(Source::Fitted))
-}
-
-fn described(path: &Path) -> Result<Robot, Failure> {
-    let robot = if path.is_file() { Robot::load(path) } else { Robot::ant(1.0) };
-    robot.map_err(|e| failure(Cause::Input, e))
 }
 
 /// The bytes of a sampled table; whatever else it is, [`GaitFile::load`] says better.

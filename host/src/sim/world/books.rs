@@ -31,10 +31,10 @@ fn mechanical_energy_j(world: &World) -> f64 {
 
 /// Velocity of the lowest point of each foot.
 fn sole_velocities_m_s(world: &World) -> [[f64; 3]; 4] {
-    let (foot, radius_m) = (foot_in_shin(&world.robot), real(world.robot.geometry.foot_radius_m));
-    world.body.shins.map(|shin| {
-        let shin = &world.body.physics.bodies[shin];
-        let sole = shin.position().transform_point(foot) - Vector::Z * radius_m;
+    let radius_m = real(world.robot.geometry.foot_radius_m);
+    core::array::from_fn(|leg| {
+        let shin = &world.body.physics.bodies[world.body.shins[leg]];
+        let sole = shin.position().transform_point(world.body.feet[leg]) - Vector::Z * radius_m;
         shin.velocity_at_point(sole).to_array().map(f64::from)
     })
 }

@@ -170,6 +170,7 @@ fn neutral_stands_as_high_as_the_shins_slope_says() {
         let world = World::new(&robot);
 
         let (radius_m, slope) = (robot.geometry.foot_radius_m, robot.geometry.shin_below_horizontal_deg);
+        // The drawn shin is 0.23 m long, foot included.
         let expected_m = radius_m + (0.23 * leg_scale - radius_m) * slope.to_radians().sin();
 
         assert!((world.torso().position_m[2] - expected_m).abs() < 1e-6);
