@@ -88,6 +88,19 @@ impl Limbs {
         -lowest_m
     }
 
+    /// What each joint carries next, about its axis: the least that a torque
+    /// there has to turn. Hips 1 to 4, then knees.
+    #[must_use]
+    pub fn carried_kg_m2(&self) -> [f64; 8] {
+        core::array::from_fn(|j| {
+            let leg = &self.legs[j % 4];
+            let (hinge, link) = if j < 4 { (&leg.hip, &leg.thigh) } else { (&leg.knee, &leg.shin) };
+            let about = link.inertia.moved(&hinge.in_child.inverse());
+            let off_axis_m = about.centre_m.y.hypot(about.centre_m.z);
+            about.tensor_kg_m2[(0, 0)] + about.mass_kg * off_axis_m * off_axis_m
+        })
+    }
+
     /// How far each joint turns from neutral: its own range or the servo's end
     /// stop, whichever is tighter. Hips 1 to 4, then knees.
     #[must_use]

@@ -9,7 +9,7 @@
 
 use super::body::{Body, Pose0, frame, real};
 use super::start::Start;
-use crate::robot::{Limbs, Robot};
+use crate::robot::{Limbs, Robot, Servo};
 use rapier3d::prelude::*;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// A foot nearer to the ground than this stands on it.
 const CONTACT_M: f64 = 0.001;
 /// Torque per radian beyond a joint's end; with the servo's own damping it
-/// stops a shin of the Ant within a degree and stays stable at this step.
+/// stops a shin of the Ant within a degree.
 const END_STOP_N_M_RAD: f64 = 20.0;
 /// The same for strong servos, a multiple of their torque: they push no more than two degrees in.
 const END_STOP_PER_TORQUE_RAD: f64 = 30.0;
@@ -32,8 +32,9 @@ pub struct World {
     robot: Robot,
     limbs: Arc<Limbs>,
     body: Body,
-    /// How far each joint turns.
+    /// How far each joint turns, and the torque per radian beyond.
     stops_rad: [[f64; 2]; 8],
+    stops_n_m_rad: [f64; 8],
     /// Setpoints that are asked for but not yet acted on, the oldest first.
     waiting: VecDeque<[Option<f64>; 8]>,
     servo_setpoints_rad: [f64; 8],
@@ -135,6 +136,7 @@ impl World {
         Self {
             body: Body::new(&limbs, &robot.servo, &pose),
             stops_rad: limbs.stops_rad(&robot),
+            stops_n_m_rad: stop_stiffness_n_m_rad(&limbs, &robot.servo, step_s),
             waiting: VecDeque::from(vec![angles.map(Some); delay_steps]),
             robot,
             limbs,
@@ -238,8 +240,7 @@ impl World {
             }
         };
         let [low_rad, high_rad] = self.stops_rad[j];
-        let stiffness_n_m_rad = END_STOP_N_M_RAD.max(END_STOP_PER_TORQUE_RAD * servo.torque_limit_n_m);
-        pull_n_m - stiffness_n_m_rad * (angle_rad - angle_rad.max(low_rad).min(high_rad))
+        pull_n_m - self.stops_n_m_rad[j] * (angle_rad - angle_rad.max(low_rad).min(high_rad))
     }
 
     /// Torques act on the child and back on the parent, about the joint's axis.
@@ -269,10 +270,12 @@ impl World {
             return;
         };
         let speeds = multibody.generalized_velocity();
+        // After the torso's own, of which it has six, or none where it is held.
+        let first = speeds.len().saturating_sub(8);
         for (j, link) in multibody.links().skip(1).enumerate() {
             // The hinge turns about the x axis of its frame: coordinate 3.
             self.joint_angles_rad[j] = f64::from(link.joint().coords()[3]);
-            self.joint_speeds_rad_s[j] = f64::from(speeds[6 + j]);
+            self.joint_speeds_rad_s[j] = f64::from(speeds[first + j]);
         }
     }
 
@@ -352,7 +355,20 @@ impl World {
     }
 }
 
+/// Hard, but a spring that is computed from the step before must not be harder
+/// than its step, what it turns and the joint's damping allow. The links before
+/// it give way, too, so that it turns a fraction of what it carries.
+fn stop_stiffness_n_m_rad(limbs: &Limbs, servo: &Servo, step_s: f64) -> [f64; 8] {
+    let wanted = END_STOP_N_M_RAD.max(END_STOP_PER_TORQUE_RAD * servo.torque_limit_n_m);
+    let most = |carried: f64| (carried / (2.0 * step_s) + servo.damping_n_m_s_rad) / step_s;
+    limbs.carried_kg_m2().map(|carried| wanted.min(most(carried)))
+}
+
 #[cfg(test)]
 mod books;
+#[cfg(test)]
+mod pendulum;
+#[cfg(test)]
+mod pony;
 #[cfg(test)]
 mod tests;

@@ -124,6 +124,73 @@ fn a_servo_stops_at_its_end_stop() {
     assert!((50.0..61.0).contains(&reached_deg), "{reached_deg} degrees");
 }
 
+/// The Ant with its first knee stopped by the frame, 20 degrees either way of its drawn 58.
+#[test]
+fn a_range_in_the_drawing_stops_a_joint_before_its_servo() {
+    let folder = tempfile::tempdir().expect("a folder");
+    ant().save(folder.path()).expect("written");
+    let path = folder.path().join("ant.xml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let narrow = "<joint name=\"knee1\" range=\"-20 20\"";
+    std::fs::write(&path, text.replacen("<joint name=\"knee1\"", narrow, 1)).expect("written");
+    let robot = Robot::load(folder.path()).expect("a robot");
+    let mut world = World::new(&robot);
+    let mut asked = NEUTRAL;
+    asked[4] = Some(-1.2);
+
+    hold(&mut world, &asked, 2.0);
+
+    // Neutral is not quite as drawn: the range is of the drawing.
+    let end_deg = -20.0 + 58.0 - robot.geometry.shin_below_horizontal_deg;
+    let reached_deg = world.joint_angles_rad()[4].to_degrees();
+    assert!((end_deg - 2.5..end_deg + 0.1).contains(&reached_deg), "{reached_deg} degrees");
+}
+
+/// What the servos are after, a row a step, when all joints are asked to go somewhere.
+fn setpoints_with_delay(delay_s: f64, substeps: u32) -> Vec<[f64; 8]> {
+    let mut robot = ant();
+    robot.servo.delay_s = delay_s;
+    // Else a servo's speed depends on what all draw.
+    robot.supply.resistance_ohm = 0.0;
+    let mut world = World::refined(&robot, substeps);
+    (0..100)
+        .map(|step| {
+            world.step(&wave(f64::from(step) * World::STEP_S, 1.0));
+            world.servo_setpoints_rad()
+        })
+        .collect()
+}
+
+#[test]
+fn a_servo_acts_on_a_pulse_its_delay_later_to_the_step() {
+    for substeps in [1, 3] {
+        let prompt = setpoints_with_delay(0.0, substeps);
+        for delay_steps in [1, 12, 48] {
+            let late = setpoints_with_delay(f64::from(delay_steps as u32) * World::STEP_S, substeps);
+
+            // It holds what it held, then does the same, later.
+            assert!(late[..delay_steps].iter().all(|row| *row == [0.0; 8]), "{:?}", &late[..delay_steps]);
+            assert!(prompt[0] != [0.0; 8]);
+            assert_eq!(late[delay_steps..], prompt[..100 - delay_steps]);
+        }
+    }
+}
+
+#[test]
+fn pulses_that_end_are_missed_a_delay_later() {
+    let mut robot = ant();
+    robot.servo.delay_s = 0.1;
+    let mut world = World::new(&robot);
+    hold(&mut world, &NEUTRAL, 0.5);
+    let stood_m = world.torso().position_m[2];
+
+    hold(&mut world, &[None; 8], 0.1);
+    assert!((world.torso().position_m[2] - stood_m).abs() < 1e-4);
+
+    hold(&mut world, &[None; 8], 1.0);
+    assert!(world.torso().position_m[2] < stood_m - 0.01);
+}
+
 #[test]
 fn electrical_power_covers_the_mechanical_work() {
     let mut robot = ant();
