@@ -12,6 +12,8 @@
 //! (friction, servos, power) come from `host twin fit`, and its `[twin]`
 //! section says from which.
 
+mod assembly;
+mod document;
 mod drawn;
 mod error;
 mod inertia;
@@ -30,8 +32,8 @@ pub use sections::{Geometry, Ground, Mass, Model, Power, PowerLine, Servo, Suppl
 pub use solid::{Shape, Solid};
 
 use crate::run_folder::{self, FileError};
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use serde::Serialize;
+use std::path::Path;
 use std::sync::Arc;
 
 /// Leg lengths that are sensible multiples of the Ant's: its servos lift no more.
@@ -40,8 +42,7 @@ pub const LEG_SCALE_RANGE: (f64, f64) = (0.3, 2.0);
 pub const DESCRIPTION: &str = "robot.toml";
 
 /// The Ant, as the last fit left it.
-const ANT: (&str, &str) =
-    (include_str!("../robots/ant/robot.toml"), include_str!("../robots/ant/ant.xml"));
+const ANT: (&str, &str) = (include_str!("../robots/ant/robot.toml"), include_str!("../robots/ant/ant.xml"));
 
 /// A robot with eight servos on four legs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,38 +73,6 @@ pub struct Robot {
     pub drawn: Arc<Drawn>,
 }
 
-/// `robot.toml` as people write it: what the drawing says, they may leave out.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    name: String,
-    joint_limit_deg: f64,
-    model: Model,
-    #[serde(default)]
-    geometry: GeometryDocument,
-    #[serde(default)]
-    mass: MassDocument,
-    servo: Servo,
-    ground: Ground,
-    power: Power,
-    supply: Supply,
-    twin: Option<TwinRecord>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GeometryDocument {
-    leg_scale: Option<f64>,
-    shin_below_horizontal_deg: Option<f64>,
-    foot_radius_m: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MassDocument {
-    torso_kg: Option<f64>,
-}
-
 impl Robot {
     /// The paper's Ant with shins of `leg_scale` times 0.23 m.
     ///
@@ -117,8 +86,7 @@ impl Robot {
     /// description's `[twin]` section names. How the mass is shared out, foot
     /// radius, torso height and the supply are our assumptions.
     pub fn ant(leg_scale: f64) -> Result<Self, RobotError> {
-        let folder = Path::new("robots/ant");
-        let mut robot = Self::parse(ANT.0, folder, |_| Ok(ANT.1.to_owned()))?;
+        let mut robot = document::read(ANT.0, Path::new("robots/ant/robot.toml"), |_| Ok(ANT.1.to_owned()))?;
         robot.geometry.leg_scale = leg_scale;
         robot.check()?;
         Ok(robot)
@@ -136,7 +104,7 @@ impl Robot {
             (path.parent().unwrap_or(Path::new("")).to_owned(), path.to_owned())
         };
         let text = std::fs::read_to_string(&file).map_err(FileError::on("read", &file))?;
-        let robot = Self::parse_named(&text, &file, |name| {
+        let robot = document::read(&text, &file, |name| {
             let path = folder.join(name);
             std::fs::read_to_string(&path).map_err(|e| FileError::on("read", &path)(e).into())
         })?;
@@ -186,66 +154,6 @@ impl Robot {
         toml::to_string_pretty(self).unwrap_or_default()
     }
 
-    fn parse(
-        text: &str,
-        folder: &Path,
-        read: impl FnOnce(&str) -> Result<String, RobotError>,
-    ) -> Result<Self, RobotError> {
-        Self::parse_named(text, &folder.join(DESCRIPTION), read)
-    }
-
-    fn parse_named(
-        text: &str,
-        file: &Path,
-        read: impl FnOnce(&str) -> Result<String, RobotError>,
-    ) -> Result<Self, RobotError> {
-        let document: Document = toml::from_str(text).map_err(|source| {
-            let path = file.to_owned();
-            let whole = toml::from_str::<toml::Table>(text);
-            if whole.is_ok_and(|table| table.contains_key("geometry") && !table.contains_key("model")) {
-                return RobotError::OldFile { path };
-            }
-            RobotError::Parse { path, source: Box::new(source) }
-        })?;
-        let in_model = |path: PathBuf| {
-            move |source: ModelError| RobotError::Model { path, source: Box::new(source) }
-        };
-        let model_file = file.with_file_name(&document.model.file);
-        // The name is checked before anything of that name is read.
-        Drawn::check_name(&document.model).map_err(in_model(file.to_owned()))?;
-        let text = read(&document.model.file)?;
-        let drawn = Drawn::read(&document.model, text).map_err(in_model(model_file.clone()))?;
-        let Document { name, joint_limit_deg, model, geometry, mass, servo, ground, power, supply, twin } =
-            document;
-        let in_model_file = || in_model(model_file.clone());
-        let geometry = Geometry {
-            leg_scale: geometry.leg_scale.unwrap_or(1.0),
-            shin_below_horizontal_deg: match geometry.shin_below_horizontal_deg {
-                Some(slope) => slope,
-                None => limbs::drawn_slope_deg(&drawn).map_err(in_model_file())?,
-            },
-            foot_radius_m: match geometry.foot_radius_m {
-                Some(radius) => radius,
-                None => limbs::drawn_radius_m(&drawn).map_err(in_model_file())?,
-            },
-        };
-        let mass = Mass { torso_kg: mass.torso_kg.unwrap_or(drawn.torso[0].inertia.mass_kg) };
-        let drawn = Arc::new(drawn);
-        Ok(Self {
-            name,
-            joint_limit_deg,
-            model,
-            geometry,
-            mass,
-            servo,
-            ground,
-            power,
-            supply,
-            twin,
-            drawn,
-        })
-    }
-
     /// Everything that it carries and is.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
@@ -293,10 +201,8 @@ impl Robot {
         {
             return Err(RobotError::OutOfRange { field: "twin.sample_s", value, min: 0.02, max: 1.0 });
         }
-        limbs::check_neutral(self).map_err(|source| RobotError::Model {
-            path: (&self.model.file).into(),
-            source: Box::new(source),
-        })
+        limbs::check_neutral(self)
+            .map_err(|source| RobotError::Model { path: (&self.model.file).into(), source: Box::new(source) })
     }
 }
 

@@ -16,8 +16,8 @@ mod reach;
 #[cfg(feature = "train")]
 mod record;
 mod recording;
-mod set;
 mod robots;
+mod set;
 mod status;
 mod stop;
 #[cfg(feature = "train")]

@@ -163,7 +163,9 @@ pub enum ModelError {
         body: String,
     },
     /// Not torso, thigh, shin.
-    #[error("{field} names {name:?}, which sits on {on:?}, but must sit on {must}; is the order legs 1 to 4?")]
+    #[error(
+        "{field} names {name:?}, which sits on {on:?}, but must sit on {must}; is the order legs 1 to 4?"
+    )]
     Elsewhere {
         /// Field of robot.toml.
         field: &'static str,

@@ -87,10 +87,7 @@ impl Inertia {
         // Moments far below 1 would be below an absolute tolerance: scale to 1 first.
         let size = symmetric.amax().max(f64::MIN_POSITIVE);
         let Some(found) = (symmetric / size).try_symmetric_eigen(f64::EPSILON, SWEEPS) else {
-            return Principal {
-                moments_kg_m2: symmetric.diagonal(),
-                axes: UnitQuaternion::identity(),
-            };
+            return Principal { moments_kg_m2: symmetric.diagonal(), axes: UnitQuaternion::identity() };
         };
         let mut axes = found.eigenvectors;
         if axes.determinant() < 0.0 {

@@ -223,12 +223,7 @@ impl Slopes {
 }
 
 /// The one value that all legs have as drawn.
-fn alike(
-    values: [f64; 4],
-    within: f64,
-    what: &'static str,
-    field: &'static str,
-) -> Result<f64, ModelError> {
+fn alike(values: [f64; 4], within: f64, what: &'static str, field: &'static str) -> Result<f64, ModelError> {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if most - least <= within { Ok(values[0]) } else { Err(ModelError::Unlike { what, least, most, field }) }

@@ -104,9 +104,7 @@ pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
     // Ours stand along z, rapier's along y.
     let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -core::f64::consts::FRAC_PI_2);
     match collider.shape().as_typed_shape() {
-        TypedShape::Ball(ball) => {
-            Ok(Solid { pose, shape: Shape::Ball { radius_m: wide(ball.radius) } })
-        }
+        TypedShape::Ball(ball) => Ok(Solid { pose, shape: Shape::Ball { radius_m: wide(ball.radius) } }),
         TypedShape::Cuboid(cuboid) => {
             let half_m = Vector3::from(cuboid.half_extents.to_array().map(wide));
             Ok(Solid { pose, shape: Shape::Cuboid { half_m } })
@@ -115,18 +113,16 @@ pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
             let end = |point: Vector| Vector3::from(point.to_array().map(wide));
             let (from, to) = (end(capsule.segment.a), end(capsule.segment.b));
             let along = to - from;
-            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI));
+            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap_or_else(|| {
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI)
+            });
             let middle = Isometry3::from_parts(((from + to) / 2.0).into(), turn);
-            let shape =
-                Shape::Capsule { half_m: along.norm() / 2.0, radius_m: wide(capsule.radius) };
+            let shape = Shape::Capsule { half_m: along.norm() / 2.0, radius_m: wide(capsule.radius) };
             Ok(Solid { pose: pose * middle, shape })
         }
         TypedShape::Cylinder(cylinder) => {
-            let shape = Shape::Cylinder {
-                half_m: wide(cylinder.half_height),
-                radius_m: wide(cylinder.radius),
-            };
+            let shape =
+                Shape::Cylinder { half_m: wide(cylinder.half_height), radius_m: wide(cylinder.radius) };
             Ok(Solid { pose: pose * upright, shape })
         }
         _ => Err(ModelError::Shape { body: body.to_owned(), shape: "shape that is none of these" }),

@@ -119,7 +119,8 @@ fn check_body(name: &str, body: &Body) -> Result<(), ModelError> {
         }
     }
     for joint in body.joints.iter().filter(|joint| joint.type_ != JointType::Free) {
-        let what = || format!("joint {:?} of body {name:?}", joint.name.as_deref().unwrap_or("without a name"));
+        let what =
+            || format!("joint {:?} of body {name:?}", joint.name.as_deref().unwrap_or("without a name"));
         loaded::check_numbers(what, &joint.pos)?;
         loaded::check_numbers(what, &joint.axis)?;
         loaded::check_numbers(what, &[joint.ref_, joint.springref, joint.stiffness])?;
@@ -162,4 +163,3 @@ fn numbers(pose: &Pose) -> [f64; 7] {
     let [i, j, k, w] = pose.rotation.to_array();
     [x, y, z, i, j, k, w]
 }
-

@@ -84,7 +84,10 @@ fn check_link(link: &Link) -> Result<(), ModelError> {
     loaded::check_numbers(what, &moments)?;
     loaded::check_numbers(what, &[mass.value])?;
     if mass.value < 0.0 {
-        return Err(ModelError::NotPositive { what: format!("the mass of link {name:?}"), value: mass.value });
+        return Err(ModelError::NotPositive {
+            what: format!("the mass of link {name:?}"),
+            value: mass.value,
+        });
     }
     if origin.rpy.iter().any(|angle| angle.abs() > 1e-9) {
         return Err(ModelError::TurnedInertia { link: name.clone() });

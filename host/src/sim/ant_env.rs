@@ -24,7 +24,8 @@
 
 use super::reward::{JOINT_SPEED_SCALE, Observed, RewardConfig, RewardTerms};
 use super::start::{Perturbation, Start};
-use super::world::{TorsoState, World};
+use super::torso::TorsoState;
+use super::world::World;
 use crate::env::{Env, Step};
 use crate::robot::Robot;
 use serde::{Deserialize, Serialize};

@@ -151,9 +151,8 @@ impl Body {
         let thighs = core::array::from_fn(|leg| insert(&limbs.legs[leg].thigh, None));
         let ball = || ColliderBuilder::ball(real(limbs.foot_radius_m));
         let feet = core::array::from_fn(|leg| vector(&limbs.legs[leg].foot_m));
-        let shins = core::array::from_fn(|leg| {
-            insert(&limbs.legs[leg].shin, Some(ball().translation(feet[leg])))
-        });
+        let shins =
+            core::array::from_fn(|leg| insert(&limbs.legs[leg].shin, Some(ball().translation(feet[leg]))));
         for (leg, thigh) in limbs.legs.iter().zip(thighs) {
             physics.multibody_joints.insert(torso, thigh, hinge(&leg.hip), true);
         }

@@ -8,9 +8,12 @@ pub mod ant_env;
 mod body;
 pub mod open_loop;
 pub mod reward;
+mod servos;
 mod start;
+mod torso;
 mod world;
 
 pub use ant_env::{AntEnv, AntEnvConfig};
 pub use start::{Perturbation, Start};
-pub use world::{StepOutcome, TorsoState, World};
+pub use torso::TorsoState;
+pub use world::{StepOutcome, World};

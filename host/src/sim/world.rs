@@ -1,6 +1,6 @@
 //! The robot on flat ground, in steps of 1/240 s.
 //!
-//! Owns the servo law and what the servos draw. Refuses to know gaits and
+//! Owns what the servos draw, and where torques act. Refuses to know gaits and
 //! rewards. The same calls give the same bits, in any process on any run:
 //! every start builds a fresh world, and nothing in it is threaded.
 //!
@@ -8,19 +8,15 @@
 //! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
 
 use super::body::{Body, Pose0, frame, real};
+use super::servos::Servos;
 use super::start::Start;
-use crate::robot::{Limbs, Robot, Servo};
+use super::torso::TorsoState;
+use crate::robot::{Limbs, Robot};
 use rapier3d::prelude::*;
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// A foot nearer to the ground than this stands on it.
 const CONTACT_M: f64 = 0.001;
-/// Torque per radian beyond a joint's end; with the servo's own damping it
-/// stops a shin of the Ant within a degree.
-const END_STOP_N_M_RAD: f64 = 20.0;
-/// The same for strong servos, a multiple of their torque: they push no more than two degrees in.
-const END_STOP_PER_TORQUE_RAD: f64 = 30.0;
 /// Beyond this tilt the robot will not stand up again by itself.
 const FALLEN_TILT_RAD: f64 = 1.0;
 /// Below this share of its voltage a servo's own electronics resets; nothing
@@ -32,12 +28,7 @@ pub struct World {
     robot: Robot,
     limbs: Arc<Limbs>,
     body: Body,
-    /// How far each joint turns, and the torque per radian beyond.
-    stops_rad: [[f64; 2]; 8],
-    stops_n_m_rad: [f64; 8],
-    /// Setpoints that are asked for but not yet acted on, the oldest first.
-    waiting: VecDeque<[Option<f64>; 8]>,
-    servo_setpoints_rad: [f64; 8],
+    servos: Servos,
     joint_angles_rad: [f64; 8],
     joint_speeds_rad_s: [f64; 8],
     /// Physics steps in a [`World::STEP_S`].
@@ -60,35 +51,6 @@ pub struct StepOutcome {
     pub heat_power_w: f64,
     /// The windings' heat that the supply pays: what is returned to a servo heats it first.
     pub holding_power_w: f64,
-}
-
-/// The torso's middle, in the world's frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TorsoState {
-    /// Where.
-    pub position_m: [f64; 3],
-    /// Unit quaternion from the torso's frame to the world's.
-    pub orientation_xyzw: [f64; 4],
-    /// How fast.
-    pub velocity_m_s: [f64; 3],
-    /// Turning how fast.
-    pub angular_velocity_rad_s: [f64; 3],
-}
-
-impl TorsoState {
-    /// Heading, counter-clockwise from the world's x, in -pi to pi.
-    #[must_use]
-    pub fn yaw_rad(&self) -> f64 {
-        let [x, y, z, w] = self.orientation_xyzw;
-        (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
-    }
-
-    /// Angle between the torso's z axis and the world's.
-    #[must_use]
-    pub fn tilt_rad(&self) -> f64 {
-        let [x, y, ..] = self.orientation_xyzw;
-        (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
-    }
 }
 
 impl World {
@@ -115,13 +77,7 @@ impl World {
         *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
     }
 
-    fn standing(
-        robot: Robot,
-        limbs: Arc<Limbs>,
-        asked_rad: &[f64; 8],
-        start: &Start,
-        substeps: u32,
-    ) -> Self {
+    fn standing(robot: Robot, limbs: Arc<Limbs>, asked_rad: &[f64; 8], start: &Start, substeps: u32) -> Self {
         let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
         let step_s = Self::STEP_S / f64::from(substeps);
         let pose = Pose0 {
@@ -131,16 +87,11 @@ impl World {
             friction: (robot.ground.friction * (1.0 + start.friction_share)).max(0.0),
             step_s,
         };
-        // Until the first pulses get through, the servos hold what they were asked for before.
-        let delay_steps = (robot.servo.delay_s / step_s).round() as usize;
         Self {
             body: Body::new(&limbs, &robot.servo, &pose),
-            stops_rad: limbs.stops_rad(&robot),
-            stops_n_m_rad: stop_stiffness_n_m_rad(&limbs, &robot.servo, step_s),
-            waiting: VecDeque::from(vec![angles.map(Some); delay_steps]),
+            servos: Servos::new(&robot, &limbs, &angles, step_s),
             robot,
             limbs,
-            servo_setpoints_rad: angles,
             joint_angles_rad: angles,
             joint_speeds_rad_s: [0.0; 8],
             substeps,
@@ -173,13 +124,11 @@ impl World {
     }
 
     fn substep(&mut self, asked_rad: &[Option<f64>; 8]) -> StepOutcome {
-        self.waiting.push_back(*asked_rad);
-        // Never empty: one was pushed.
-        let setpoints_rad = self.waiting.pop_front().unwrap_or(*asked_rad);
-        let mut torques_n_m = [0.0; 8];
-        for (j, asked) in setpoints_rad.iter().enumerate() {
-            torques_n_m[j] = self.drive(j, *asked);
-        }
+        let setpoints_rad = self.servos.receive(asked_rad);
+        let torques_n_m = core::array::from_fn(|j| {
+            let angle_rad = self.joint_angles_rad[j];
+            self.servos.pull_n_m(&self.robot.servo, j, setpoints_rad[j], angle_rad, self.voltage_share)
+        });
         self.apply(&torques_n_m);
         self.body.physics.step();
         let speeds_before_rad_s = self.joint_speeds_rad_s;
@@ -208,39 +157,6 @@ impl World {
         self.voltage_share =
             (1.0 - current_a * supply.resistance_ohm / supply.nominal_v).max(LEAST_VOLTAGE_SHARE);
         outcome
-    }
-
-    /// One servo's law: where its setpoint goes and how hard it pulls.
-    fn drive(&mut self, j: usize, asked_rad: Option<f64>) -> f64 {
-        let servo = &self.robot.servo;
-        let angle_rad = self.joint_angles_rad[j];
-        let stop_rad = servo.end_stop_deg.to_radians();
-        let setpoint = &mut self.servo_setpoints_rad[j];
-        let pull_n_m = match asked_rad {
-            None => {
-                // It starts again from wherever it is.
-                *setpoint = angle_rad;
-                0.0
-            }
-            Some(asked_rad) => {
-                let step_s = Self::STEP_S / f64::from(self.substeps);
-                let reach_rad = servo.no_load_speed_rad_s * self.voltage_share * step_s;
-                if asked_rad.is_finite() {
-                    let asked_rad = asked_rad.clamp(-stop_rad, stop_rad);
-                    *setpoint += (asked_rad - *setpoint).clamp(-reach_rad, reach_rad);
-                }
-                let limit_n_m = servo.torque_limit_n_m;
-                let twist_rad_per_n_m = if j < 4 { self.robot.geometry.hip_twist_rad_per_n_m } else { 0.0 };
-                let stiffness_n_m_rad =
-                    servo.stiffness_n_m_rad / (1.0 + servo.stiffness_n_m_rad * twist_rad_per_n_m);
-                let (error_rad, dead_rad) = (*setpoint - angle_rad, servo.dead_band_deg.to_radians());
-                let outside_rad = error_rad - error_rad.clamp(-dead_rad, dead_rad);
-                // A bridge's voltage, and so the torque, goes with the supply's.
-                self.voltage_share * (stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
-            }
-        };
-        let [low_rad, high_rad] = self.stops_rad[j];
-        pull_n_m - self.stops_n_m_rad[j] * (angle_rad - angle_rad.max(low_rad).min(high_rad))
     }
 
     /// Torques act on the child and back on the parent, about the joint's axis.
@@ -307,7 +223,7 @@ impl World {
     /// Where each servo's own setpoint has got to.
     #[must_use]
     pub fn servo_setpoints_rad(&self) -> [f64; 8] {
-        self.servo_setpoints_rad
+        self.servos.setpoints_rad()
     }
 
     /// Middle of each foot's ball, legs 1 to 4, in the world's frame.
@@ -353,15 +269,6 @@ impl World {
     pub fn has_fallen(&self) -> bool {
         self.torso().tilt_rad() > FALLEN_TILT_RAD
     }
-}
-
-/// Hard, but a spring that is computed from the step before must not be harder
-/// than its step, what it turns and the joint's damping allow. The links before
-/// it give way, too, so that it turns a fraction of what it carries.
-fn stop_stiffness_n_m_rad(limbs: &Limbs, servo: &Servo, step_s: f64) -> [f64; 8] {
-    let wanted = END_STOP_N_M_RAD.max(END_STOP_PER_TORQUE_RAD * servo.torque_limit_n_m);
-    let most = |carried: f64| (carried / (2.0 * step_s) + servo.damping_n_m_s_rad) / step_s;
-    limbs.carried_kg_m2().map(|carried| wanted.min(most(carried)))
 }
 
 #[cfg(test)]

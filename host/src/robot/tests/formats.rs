@@ -137,13 +137,15 @@ impl Sketch {
                 "<link name=\"{thigh_name}\">{thigh}</link><link name=\"{servo_name}\">{servo}</link>\
                  <link name=\"{shin_name}\">{shin}</link>"
             );
-            let turning = |kind: &str, axis: &[f64]| format!("type=\"{kind}\"><axis xyz=\"{}\"/>", words(axis));
+            let turning =
+                |kind: &str, axis: &[f64]| format!("type=\"{kind}\"><axis xyz=\"{}\"/>", words(axis));
             let limit = format!("<limit lower=\"-0.5\" upper=\"{high_rad}\" effort=\"1\" velocity=\"1\"/>");
             let hip_at = format!("xyz=\"{}\" rpy=\"0 {} {yaw}\"", words(&hip_m), self.hip_pitch_rad);
             let hip = turning("revolute", &self.hip_axis) + &limit;
             text += &urdf_joint(&format!("hip{leg}"), ["torso", thigh_name], &hip_at, &hip);
             let servo_at = format!("xyz=\"{thigh_m} 0 0.01\"");
-            text += &urdf_joint(&format!("weld{leg}"), [thigh_name, servo_name], &servo_at, "type=\"fixed\">");
+            text +=
+                &urdf_joint(&format!("weld{leg}"), [thigh_name, servo_name], &servo_at, "type=\"fixed\">");
             let knee_at = format!("xyz=\"{thigh_m} 0 0\" rpy=\"0 {} 0\"", self.knee_pitch_rad);
             let knee = turning("continuous", &KNEE_AXIS);
             text += &urdf_joint(&format!("knee{leg}"), [thigh_name, shin_name], &knee_at, &knee);

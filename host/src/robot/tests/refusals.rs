@@ -90,9 +90,15 @@ fn a_model_outside_the_folder_or_of_another_kind_is_refused() {
 #[test]
 fn a_name_that_nothing_has_is_told_with_those_that_there_are() {
     says(&changed(DESCRIPTION, "\"hip3\"", "\"hip9\""), &["model.hips", "hip9", "hip1, knee1, hip2"]);
-    says(&changed(DESCRIPTION, "torso = \"torso\"", "torso = \"trunk\""), &["model.torso", "trunk", "thigh1"]);
+    says(
+        &changed(DESCRIPTION, "torso = \"torso\"", "torso = \"trunk\""),
+        &["model.torso", "trunk", "thigh1"],
+    );
     says(&changed("ant.xml", "name=\"knee2\"", "name=\"ankle2\""), &["model.knees", "knee2", "ankle2"]);
-    says(&changed_pony("<child link=\"rear_left_shin\"/>", "<child link=\"stump\"/>"), &["stump", "rear_left_shin"]);
+    says(
+        &changed_pony("<child link=\"rear_left_shin\"/>", "<child link=\"stump\"/>"),
+        &["stump", "rear_left_shin"],
+    );
     says(&changed_pony("\"front_left_knee\"", "\"front_left_hip\""), &["two things", "front_left_hip"]);
 }
 
@@ -101,7 +107,10 @@ fn joints_in_the_wrong_order_or_place_are_refused() {
     let swapped = changed(DESCRIPTION, "\"knee1\",\n    \"knee2\"", "\"knee2\",\n    \"knee1\"");
     says(&swapped, &["model.knees", "knee2", "hip1", "legs 1 to 4"]);
     says(&changed(DESCRIPTION, "\"hip1\"", "\"knee1\""), &["hip1", "eight hinges"]);
-    says(&changed(DESCRIPTION, "feet = [\n    \"shin1\"", "feet = [\n    \"shin2\""), &["model.feet", "shin2"]);
+    says(
+        &changed(DESCRIPTION, "feet = [\n    \"shin1\"", "feet = [\n    \"shin2\""),
+        &["model.feet", "shin2"],
+    );
 }
 
 #[test]
@@ -113,12 +122,17 @@ fn whatever_moves_without_a_servo_is_refused() {
     let with_tail = format!("<geom type=\"box\" size=\"0.07 0.07 0.02\"/>{tail}");
     let text = changed("ant.xml", "<geom type=\"box\" size=\"0.07 0.07 0.02\"/>", &with_tail);
     says(&text, &["wag", "hinge", "eight"]);
-    says(&changed_pony("name=\"rear_right_ankle\" type=\"fixed\"", "name=\"rear_right_ankle\" type=\"continuous\""), &[
-        "rear_right",
-    ]);
+    says(
+        &changed_pony(
+            "name=\"rear_right_ankle\" type=\"fixed\"",
+            "name=\"rear_right_ankle\" type=\"continuous\"",
+        ),
+        &["rear_right"],
+    );
     says(&changed("ant.xml", "<freejoint/>", ""), &["torso", "freejoint"]);
     let ball = "</body>\n  </worldbody>";
-    let with_ball = "</body><body name=\"toy\"><freejoint/><geom type=\"sphere\" size=\"0.1\"/></body></worldbody>";
+    let with_ball =
+        "</body><body name=\"toy\"><freejoint/><geom type=\"sphere\" size=\"0.1\"/></body></worldbody>";
     says(&changed("ant.xml", ball, with_ball), &["toy", "no part"]);
 }
 
@@ -171,7 +185,10 @@ fn numbers_that_are_none_are_refused_before_a_loader_sees_them() {
         let place = format!("<origin xyz=\"0 0 {bad}\" rpy=\"0 -1.0");
         says(&changed_pony("<origin xyz=\"0 0 -0.1\" rpy=\"0 -1.0", &place), &["front_left_knee", "1000"]);
     }
-    says(&changed_pony("<sphere radius=\"0.01\"/>", "<sphere radius=\"0\"/>"), &["front_left_foot", "more than 0"]);
+    says(
+        &changed_pony("<sphere radius=\"0.01\"/>", "<sphere radius=\"0\"/>"),
+        &["front_left_foot", "more than 0"],
+    );
     says(&changed("ant.xml", "axis=\"0 1 0\"", "axis=\"0 0 0\""), &["knee1", "axis", "more than 0"]);
 }
 
@@ -202,7 +219,10 @@ fn feet_that_are_no_ball_and_legs_that_differ_are_refused() {
     says(&changed("ant.xml", foot, &format!("{foot}{foot}")), &["shin1", "2 balls"]);
     let on_axis = "<geom type=\"sphere\" pos=\"0 0 0\" size=\"0.006\"/>";
     says(&changed("ant.xml", foot, on_axis), &["shin1", "direction"]);
-    says(&changed_pony("<sphere radius=\"0.01\"/>", "<sphere radius=\"0.02\"/>"), &["0.01", "0.02", "foot_radius_m"]);
+    says(
+        &changed_pony("<sphere radius=\"0.01\"/>", "<sphere radius=\"0.02\"/>"),
+        &["0.01", "0.02", "foot_radius_m"],
+    );
 }
 
 #[test]

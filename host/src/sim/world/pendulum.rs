@@ -67,7 +67,8 @@ fn exact_s(robot: &Robot, amplitude_rad: f64) -> f64 {
 fn a_limp_shin_swings_with_the_period_of_a_physical_pendulum() {
     let robot = limp_ant();
     // By hand: a rod of 20 g and 0.23 m, hung 0.115 m above its middle.
-    let rod_s = core::f64::consts::TAU * ((0.0529 / 12.0 + 0.000_012 + 0.013_225) / (9.81 * 0.115_f64)).sqrt();
+    let rod_s =
+        core::f64::consts::TAU * ((0.0529 / 12.0 + 0.000_012 + 0.013_225) / (9.81 * 0.115_f64)).sqrt();
     assert!((exact_s(&robot, 0.0) / rod_s - 1.0).abs() < 1e-4, "{} s", exact_s(&robot, 0.0));
 
     for amplitude_deg in [3.0_f64, 60.0, 120.0] {
@@ -75,7 +76,9 @@ fn a_limp_shin_swings_with_the_period_of_a_physical_pendulum() {
         let (period_s, last_rad) = measured(&robot, amplitude_rad);
 
         let exact_s = exact_s(&robot, amplitude_rad);
-        println!("{amplitude_deg} degrees: {period_s:.5} s, exactly {exact_s:.5} s, last swing {last_rad:.4} rad");
+        println!(
+            "{amplitude_deg} degrees: {period_s:.5} s, exactly {exact_s:.5} s, last swing {last_rad:.4} rad"
+        );
         assert!((period_s / exact_s - 1.0).abs() < 2e-4, "{amplitude_deg}: {period_s} s, not {exact_s} s");
         assert!((last_rad / amplitude_rad - 1.0).abs() < 0.002, "{amplitude_deg}: ends at {last_rad} rad");
     }
