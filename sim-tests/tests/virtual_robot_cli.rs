@@ -43,6 +43,20 @@ fn it_ends_after_the_seconds_it_was_given_and_takes_its_link_along() {
     assert!(truth.lines().count() >= 10 && truth.ends_with('\n'), "{truth}");
 }
 
+/// The pony stands 17 cm high, the Ant 19 cm.
+#[test]
+fn it_is_whichever_robot_its_folder_describes() {
+    let folder = tempfile::tempdir().unwrap();
+    let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/../host/robots/pony");
+
+    let (succeeded, message) = outcome(folder.path(), &["--robot", pony, "--truth", "truth.jsonl"]);
+
+    assert!(succeeded, "{message}");
+    let truth = std::fs::read_to_string(folder.path().join("truth.jsonl")).unwrap();
+    let first: serde_json::Value = serde_json::from_str(truth.lines().next().unwrap()).unwrap();
+    assert!((first["z_m"].as_f64().unwrap() - 0.1745).abs() < 0.001, "{first}");
+}
+
 #[test]
 fn impossible_arguments_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,6 +71,7 @@ fn impossible_arguments_are_refused_by_name() {
         (["--eeprom", "."], "cannot read ."),
         (["--robot", "robot.toml"], "robot.toml"),
         (["--robot", "no/such/robot.toml"], "no/such/robot.toml"),
+        (["--robot", "nowhere"], "nowhere/robot.toml"),
         (["--leg", "nan"], "--leg"),
         (["--leg=-1", "--seed=1"], "--leg"),
         (["--link", "short.bin"], "short.bin"),
