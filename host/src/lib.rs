@@ -4,8 +4,8 @@
 //! arithmetic of a trial. Refuses to know the firmware: it speaks
 //! [`protocol`] to whatever answers on a port.
 //!
-//! Features: `sim` adds the rapier world, `train` (default) adds TD3 on
-//! libtorch. Without either, the tool still fits, uploads and measures.
+//! Feature `train` (default) adds TD3 on libtorch. Without it, the tool still
+//! simulates, fits, uploads and measures.
 #![deny(unsafe_code)]
 
 pub mod calibration;
