@@ -172,6 +172,7 @@ impl Robot {
             ("geometry.leg_scale", geometry.leg_scale, LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1),
             ("geometry.shin_below_horizontal_deg", geometry.shin_below_horizontal_deg, 0.0, 90.0),
             ("geometry.foot_radius_m", geometry.foot_radius_m, 0.001, 0.004 + shortest_m / 4.0),
+            ("geometry.hip_twist_rad_per_n_m", geometry.hip_twist_rad_per_n_m, 0.0, 5.0),
             ("mass.torso_kg", mass.torso_kg, 0.01, 20.0),
             ("servo.stiffness_n_m_rad", servo.stiffness_n_m_rad, 0.0, 200.0),
             ("servo.damping_n_m_s_rad", servo.damping_n_m_s_rad, 0.0, 20.0),

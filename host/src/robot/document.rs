@@ -31,6 +31,7 @@ struct GeometryDocument {
     leg_scale: Option<f64>,
     shin_below_horizontal_deg: Option<f64>,
     foot_radius_m: Option<f64>,
+    hip_twist_rad_per_n_m: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
@@ -79,6 +80,11 @@ fn draw(model: &Model, text: String, said: &GeometryDocument) -> Result<(Drawn, 
     let drawn = Drawn::read(model, text)?;
     let slope = said.shin_below_horizontal_deg.map_or_else(|| limbs::drawn_slope_deg(&drawn), Ok)?;
     let foot_radius_m = said.foot_radius_m.map_or_else(|| limbs::drawn_radius_m(&drawn), Ok)?;
-    let leg_scale = said.leg_scale.unwrap_or(1.0);
-    Ok((drawn, Geometry { leg_scale, shin_below_horizontal_deg: slope, foot_radius_m }))
+    let geometry = Geometry {
+        leg_scale: said.leg_scale.unwrap_or(1.0),
+        shin_below_horizontal_deg: slope,
+        foot_radius_m,
+        hip_twist_rad_per_n_m: said.hip_twist_rad_per_n_m.unwrap_or(0.0),
+    };
+    Ok((drawn, geometry))
 }

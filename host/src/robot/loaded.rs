@@ -53,7 +53,7 @@ fn depth(text: &str) -> usize {
 
 /// Refuses what is no number, or none of a robot's.
 pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
-    match values.iter().find(|value| !(value.abs() <= MOST)) {
+    match values.iter().find(|value| !(-MOST..=MOST).contains(*value)) {
         Some(value) => Err(ModelError::Number { what: what(), value: *value, most: MOST }),
         None => Ok(()),
     }
