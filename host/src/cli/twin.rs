@@ -71,10 +71,10 @@ struct FitArgs {
     /// Parameters to fit, by their name in the description; may be given more than once
     #[arg(long, value_name = "NAME")]
     vary: Vec<String>,
-    /// Begin at the description's own values instead of searching anywhere
+    /// Begin at the description's own values only, instead of anywhere
     #[arg(long)]
     go_on: bool,
-    /// Share of each parameter's range over which the first sets are spread
+    /// Share of each parameter's range over which the last search's first sets are spread
     #[arg(long, default_value_t = Budget::default().first_step, value_name = "SHARE")]
     first_step: f64,
     /// Folder to write the fitted robot to [default: robot in a new run folder]
@@ -226,7 +226,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         return Err(failure_with_help(
             Cause::Interrupted,
             TwinCliError::Interrupted { evaluations, path: path.clone() },
-            format!("go on from there with --robot {} --go-on --first-step 0.05", path.display()),
+            format!("go on from there with --robot {} --go-on", path.display()),
         ));
     }
     Ok(())

@@ -5,9 +5,11 @@
 //! scores, and the search for the robot's parameters. Refuses to look at a
 //! trial that it was not given: a fit chooses by the fitted trials alone.
 
+mod descent;
 mod error;
 mod files;
 mod fit;
+mod objective;
 mod parameters;
 mod plan;
 mod power;

@@ -1,30 +1,36 @@
-//! How a fit spends its evaluations: several searches, then one from the best.
+//! How long a fit searches, and from where.
 
-/// The first sets are spread over this share of each range.
-const FIRST_STEP: f64 = 0.2;
-/// Searches before the last, which goes on from the best of theirs.
-const SEARCHES: u64 = 3;
+use super::parameters::Parameter;
+use crate::robot::Robot;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Descents of a search that may begin anywhere.
+const DESCENTS: u64 = 5;
+/// Share of the evaluations that they may take.
+const FOR_DESCENTS: f64 = 0.7;
+/// Random sets begin in this middle part of each range.
+const MIDDLE: (f64, f64) = (0.2, 0.8);
 
 /// Where a search begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Begin {
-    /// Anywhere: three searches, the first from what data sheets say, the
-    /// others from random sets, then one more from the best of all with steps
-    /// a quarter as long. It does not depend on what the description says of
-    /// the parameters that are searched.
+    /// Anywhere: a descent from what data sheets say, four more from random
+    /// sets. What the description says of the parameters that are searched
+    /// does not matter.
     Anywhere,
-    /// One search, from the description's own values.
+    /// One descent, from the description's own values.
     Description,
 }
 
 /// How long and from where a search goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
-    /// Of the optimiser.
+    /// Of the random sets and of the last search.
     pub seed: u64,
-    /// Sets of parameters to try.
+    /// Sets of parameters to try, or a few more.
     pub evaluations: u64,
-    /// Share of each range over which the first sets are spread.
+    /// Share of each range over which the last search's first sets are spread about the best.
     pub first_step: f64,
     /// Where.
     pub begin: Begin,
@@ -32,53 +38,30 @@ pub struct Budget {
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { seed: 0, evaluations: 3000, first_step: FIRST_STEP, begin: Begin::Anywhere }
+        Self { seed: 0, evaluations: 1800, first_step: 0.03, begin: Begin::Anywhere }
     }
 }
 
 impl Budget {
-    /// One search after the other: seed, evaluations, length of the first step, and how it begins.
-    pub fn legs(&self) -> Vec<Leg> {
+    /// Where each descent begins, and how many evaluations the search may have taken at its end.
+    pub fn descents(&self, start: &Robot, parameters: &[Parameter]) -> Vec<(Vec<f64>, u64)> {
+        let shares = |of: &mut dyn FnMut(&Parameter) -> f64| parameters.iter().map(of).collect::<Vec<f64>>();
+        let for_descents = (FOR_DESCENTS * self.evaluations as f64) as u64;
         match self.begin {
-            Begin::Description => {
-                vec![Leg {
-                    seed: self.seed,
-                    until: self.evaluations,
-                    step: self.first_step,
-                    from: From::Robot,
-                }]
+            Begin::Description => vec![(shares(&mut |p| p.share_of(start)), for_descents)],
+            Begin::Anywhere => {
+                let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+                (0..DESCENTS)
+                    .map(|k| {
+                        let from = if k == 0 {
+                            shares(&mut |p| p.first_share())
+                        } else {
+                            shares(&mut |_| random.random_range(MIDDLE.0..=MIDDLE.1))
+                        };
+                        (from, for_descents * (k + 1) / DESCENTS)
+                    })
+                    .collect()
             }
-            Begin::Anywhere => (0..=SEARCHES)
-                .map(|k| Leg {
-                    seed: self.seed.wrapping_mul(SEARCHES + 1).wrapping_add(k),
-                    until: self.evaluations * (k + 1) / (SEARCHES + 1),
-                    step: if k < SEARCHES { self.first_step } else { 0.25 * self.first_step },
-                    from: match k {
-                        0 => From::DataSheets,
-                        k if k < SEARCHES => From::Random,
-                        _ => From::Best,
-                    },
-                })
-                .collect(),
         }
     }
-}
-
-/// What a leg begins at.
-#[derive(Debug, Clone, Copy)]
-pub enum From {
-    Robot,
-    DataSheets,
-    Random,
-    Best,
-}
-
-/// One run of the optimiser.
-#[derive(Debug, Clone, Copy)]
-pub struct Leg {
-    pub seed: u64,
-    /// Evaluations of the whole search at its end.
-    pub until: u64,
-    pub step: f64,
-    pub from: From,
 }

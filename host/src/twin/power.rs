@@ -7,9 +7,9 @@
 use super::predict::Prediction;
 use crate::robot::Power;
 
-/// Controller, driver and eight idle servos: 50 mA at 5 V or more, since a
-/// small servo idles at 5 to 10 mA and a Nano takes 15 to 20.
-const ELECTRONICS_W: (f64, f64) = (0.25, 0.5);
+/// Eight idle servos at 4 mA or more, a Nano at 15 and a PCA9685 at 6, all at
+/// 5 V: a robot that stands still draws no less.
+const ELECTRONICS_W: (f64, f64) = (0.25, 0.6);
 /// One over the efficiency, which is never above 1 and no servo's below 0.1.
 const INVERSE_EFFICIENCY: (f64, f64) = (1.0, 10.0);
 

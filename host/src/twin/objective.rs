@@ -1,0 +1,157 @@
+//! From a set of parameters to how far its robot is from what was measured.
+//!
+//! Owns the score, and counts and keeps every set that was tried. A set's
+//! score depends on the set alone, whichever thread computes it.
+
+use super::files::{Gait, Tables, Trials};
+use super::parameters::{Parameter, record};
+use super::predict::{Prediction, TRIAL_S, mean_step_rad, predict};
+use super::score::{line_to, mean_relative_error};
+use super::{Measured, TwinError, power};
+use crate::robot::{PowerLine, Robot};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+/// Sets that score within this share of the best are about as good.
+const ABOUT_AS_GOOD: f64 = 0.1;
+/// The score of a robot that fell, or did not walk.
+const OUT: f64 = 10.0;
+/// An error counts as no more than that many times what was measured, so that
+/// a robot that hardly walks has a cost of transport that can be reckoned with.
+const MOST_ERROR: f64 = 5.0;
+
+/// One table with what was measured of it.
+struct Case {
+    angles_rad: Vec<[f64; 8]>,
+    measured: [f64; 3],
+    duration_s: f64,
+}
+
+/// What a set of parameters comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Mean of the mean absolute relative errors of speed, power and cost of transport.
+    pub score: f64,
+    /// Relative errors of each gait's speed, then power, then cost of transport.
+    pub errors: Vec<f64>,
+    /// The description, with the power model that suits it best.
+    pub robot: Robot,
+}
+
+/// What a fit makes small.
+pub struct Objective<'a> {
+    start: &'a Robot,
+    parameters: &'a [Parameter],
+    cases: Vec<Case>,
+    weight_n: f64,
+    tried: Mutex<Vec<(Vec<f64>, f64)>>,
+}
+
+impl<'a> Objective<'a> {
+    /// # Errors
+    /// [`TwinError::NoTable`] for trials of a gait that has no table.
+    pub fn new(
+        start: &'a Robot,
+        tables: &Tables,
+        trials: &Trials,
+        parameters: &'a [Parameter],
+    ) -> Result<Self, TwinError> {
+        let case = |(gait, measured): (&Gait, &Measured)| {
+            Ok(Case {
+                angles_rad: tables.angles_rad(gait, start)?,
+                measured: measured.mean(),
+                duration_s: measured.duration_s.unwrap_or(TRIAL_S),
+            })
+        };
+        let cases = trials.measured.iter().map(case).collect::<Result<_, TwinError>>()?;
+        Ok(Self { start, parameters, cases, weight_n: trials.weight_n, tried: Mutex::default() })
+    }
+
+    /// Gaits that it looks at.
+    pub fn conditions(&self) -> usize {
+        self.cases.len()
+    }
+
+    /// Sets tried so far.
+    pub fn evaluations(&self) -> u64 {
+        self.tried.lock().map_or(0, |tried| tried.len() as u64)
+    }
+
+    /// Judges a set, each parameter as a share of its range.
+    pub fn judge(&self, shares: &[f64]) -> Verdict {
+        let values: Vec<f64> =
+            self.parameters.iter().zip(shares).map(|(parameter, share)| parameter.value_at(*share)).collect();
+        let mut robot = self.start.clone();
+        record(&mut robot);
+        for (parameter, value) in self.parameters.iter().zip(&values) {
+            parameter.put(&mut robot, *value);
+        }
+        let verdict = self.judge_robot(robot);
+        if let Ok(mut tried) = self.tried.lock() {
+            tried.push((values, verdict.score));
+        }
+        verdict
+    }
+
+    fn judge_robot(&self, mut robot: Robot) -> Verdict {
+        let predictions = self.play(&robot);
+        let measured = |k: usize| -> Vec<f64> { self.cases.iter().map(|case| case.measured[k]).collect() };
+        robot.power = power::best(&robot.power, &predictions, &measured(1));
+        let speeds: Vec<f64> = predictions.iter().map(|prediction| prediction.speed_m_s.max(1e-6)).collect();
+        let powers: Vec<f64> =
+            predictions.iter().map(|prediction| power::of(&robot.power, prediction)).collect();
+        let costs: Vec<f64> = powers.iter().zip(&speeds).map(|(p, v)| p / (self.weight_n * v)).collect();
+        let all = [speeds, powers, costs];
+        let errors = all.iter().enumerate().flat_map(|(k, predicted)| {
+            let errors: Vec<f64> = predicted.iter().zip(measured(k)).map(|(p, m)| p / m - 1.0).collect();
+            errors
+        });
+        let errors: Vec<f64> =
+            errors.map(|e| if e.is_finite() { e.clamp(-1.0, MOST_ERROR) } else { MOST_ERROR }).collect();
+        let walks = predictions.iter().all(|prediction| !prediction.fell && prediction.speed_m_s >= 1e-3);
+        let score =
+            all.iter().enumerate().map(|(k, e)| mean_relative_error(e, &measured(k))).sum::<f64>() / 3.0;
+        let score = if walks && score.is_finite() { score } else { OUT };
+        record(&mut robot).score = score;
+        Verdict { score, errors, robot }
+    }
+
+    fn play(&self, robot: &Robot) -> Vec<Prediction> {
+        let sample_s = robot.twin.as_ref().map_or(f64::INFINITY, |twin| twin.sample_s);
+        self.cases
+            .par_iter()
+            .map(|case| predict(robot, sample_s, &case.angles_rad, case.duration_s))
+            .collect()
+    }
+
+    /// The free power model, and the one without physics.
+    pub fn lines(&self, robot: &Robot) -> (PowerLine, PowerLine) {
+        let measured_w: Vec<f64> = self.cases.iter().map(|case| case.measured[1]).collect();
+        let work: Vec<f64> = self.play(robot).iter().map(|prediction| prediction.mechanical_w).collect();
+        let steps: Vec<f64> = self.cases.iter().map(|case| mean_step_rad(&case.angles_rad)).collect();
+        (line_to(&work, &measured_w), line_to(&steps, &measured_w))
+    }
+
+    /// Standard deviation of each parameter over the sets that are about as good as `best`.
+    pub fn spread(&self, best: f64) -> BTreeMap<String, f64> {
+        let Ok(tried) = self.tried.lock() else { return BTreeMap::new() };
+        let mut good: Vec<&Vec<f64>> = tried
+            .iter()
+            .filter(|(_, score)| *score <= best * (1.0 + ABOUT_AS_GOOD))
+            .map(|(values, _)| values)
+            .collect();
+        // Threads note their sets in any order, and sums of floats depend on it.
+        good.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        let count = good.len().max(1) as f64;
+        let deviation = |k: usize| {
+            let mean = good.iter().map(|values| values[k]).sum::<f64>() / count;
+            (good.iter().map(|values| (values[k] - mean).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        self.parameters
+            .iter()
+            .enumerate()
+            .map(|(k, parameter)| (parameter.name.to_owned(), deviation(k)))
+            .collect()
+    }
+}
