@@ -121,6 +121,21 @@ fn a_cart_learns_to_stand_at_the_origin() {
     assert!(action[0] > 0.5, "{action:?}");
 }
 
+/// The paper's order: no random steps, one update a hand-over.
+#[test]
+fn a_run_without_a_warm_up_acts_first_and_learns_from_the_second_round_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut learning = learning(1);
+    learning.schedule.warm_up_env_steps = 0;
+    learning.schedule.round_updates = 1;
+
+    let outcome = train(&learning, 1, folder.path(), false, u64::MAX);
+
+    assert_eq!(outcome.updates, 100);
+    // A round more than there are updates: the first has nothing to learn from.
+    assert_eq!(outcome.env_steps, 202);
+}
+
 #[test]
 fn one_seed_has_one_result_and_another_seed_another() {
     let folders = [(); 3].map(|()| tempfile::tempdir().unwrap());

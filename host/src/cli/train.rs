@@ -7,7 +7,8 @@ use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
 use crate::td3::outcome::{Ending, Event, Outcome, TrainError};
-use crate::td3::run_config::{ConfigError, LegScale, PAPER, QUICK, RunConfig};
+use crate::td3::preset::Preset;
+use crate::td3::run_config::{ConfigError, LegScale, RunConfig};
 use crate::td3::trainer::Run;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use miette::Diagnostic;
@@ -18,11 +19,11 @@ use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Numbers to train with: the paper's (250,000 updates) or a first gait in minutes (55,000)
-    #[arg(long, value_enum, default_value = "paper", conflicts_with_all = ["config", "resume"])]
+    /// Numbers to train with
+    #[arg(long, value_enum, default_value = "walk", conflicts_with_all = ["config", "resume"])]
     preset: Preset,
 
-    /// A configuration of your own; it names only what differs from the paper's
+    /// A configuration of your own; it names only what differs from the preset it is `based_on`
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     config: Option<PathBuf>,
 
@@ -49,12 +50,6 @@ pub struct Args {
     /// Print the result as one line of JSON on standard output
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum Preset {
-    Quick,
-    Paper,
 }
 
 /// What only the command line can get wrong.
@@ -151,8 +146,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
 fn prepare(args: &Args) -> Result<(RunConfig, Robot, PathBuf), TrainCliError> {
     let mut config = match (&args.config, args.preset) {
         (Some(path), _) => RunConfig::load(path)?,
-        (None, Preset::Paper) => RunConfig::parse(PAPER, Path::new("configs/paper.toml"))?,
-        (None, Preset::Quick) => RunConfig::parse(QUICK, Path::new("configs/quick.toml"))?,
+        (None, preset) => RunConfig::preset(preset)?,
     };
     config.seed = args.seed.unwrap_or(config.seed);
     if let Some(leg) = args.leg {

@@ -11,6 +11,7 @@ use super::replay::Layout;
 use rand::Rng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
 use tch::{Kind, Tensor};
 
 /// Actor, critics, targets and optimisers.
@@ -35,12 +36,13 @@ pub struct Agent {
 }
 
 /// What an update was like, for people to read.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Losses {
     /// Mean squared error of both critics, summed.
     pub critic: f64,
-    /// Minus the mean value of the actor's own actions; of the latest actor update.
-    pub actor: f64,
+    /// Minus the mean value of the actor's own actions; nothing where only the critics moved.
+    pub actor: Option<f64>,
     /// Mean value of the batch, both critics.
     pub q_mean: f64,
 }
@@ -48,7 +50,7 @@ pub struct Losses {
 impl Losses {
     /// Whether anything went to infinity or is no number.
     pub fn is_finite(&self) -> bool {
-        self.critic.is_finite() && self.actor.is_finite() && self.q_mean.is_finite()
+        self.critic.is_finite() && self.actor.is_none_or(f64::is_finite) && self.q_mean.is_finite()
     }
 }
 
@@ -88,7 +90,7 @@ impl Agent {
             if self.updates.is_multiple_of(self.config.policy_delay) {
                 let q = self.update_actor(&rows);
                 if let Some(losses) = &mut losses {
-                    losses.actor = -q.mean(Kind::Float).double_value(&[]);
+                    losses.actor = Some(-q.mean(Kind::Float).double_value(&[]));
                 }
                 self.follow();
             }
@@ -125,7 +127,7 @@ impl Agent {
         let error = activations.output() - target.unsqueeze(0);
         let losses = report.then(|| Losses {
             critic: 2.0 * error.square().mean(Kind::Float).double_value(&[]),
-            actor: 0.0,
+            actor: None,
             q_mean: activations.output().mean(Kind::Float).double_value(&[]),
         });
         // d/dq of mean((q - target)²), for each critic.

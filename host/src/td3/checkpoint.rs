@@ -4,7 +4,7 @@
 //! file. The tensor file is written first and the state renamed over the old
 //! one last, so that whenever the power fails a whole checkpoint stands there.
 
-use super::agent::Agent;
+use super::agent::{Agent, Losses};
 use super::collect::{CollectorState, Episode};
 use super::config::Td3Config;
 use super::curve::CurvePoint;
@@ -87,6 +87,9 @@ pub struct State {
     pub curve: Vec<CurvePoint>,
     /// Which of them is the best; its policy is in the run folder.
     pub best: usize,
+    /// Of the latest round.
+    #[serde(default)]
+    pub losses: Losses,
     actor_adam_steps: u64,
     critics_adam_steps: u64,
     replay_next: usize,
@@ -96,7 +99,7 @@ pub struct State {
 }
 
 /// A run between two rounds.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Progress {
     /// Rounds done, warm-up included.
     pub round: u64,
@@ -108,6 +111,8 @@ pub struct Progress {
     pub curve: Vec<CurvePoint>,
     /// Which of them is the best.
     pub best: usize,
+    /// Of the latest round.
+    pub losses: Losses,
 }
 
 /// What a resumed run starts with.
@@ -159,6 +164,7 @@ pub fn save(
         wall_s: progress.wall_s,
         curve: progress.curve.clone(),
         best: progress.best,
+        losses: progress.losses,
         actor_adam_steps: agent.actor_adam.steps,
         critics_adam_steps: agent.critics_adam.steps,
         replay_next: replay.next(),
@@ -268,6 +274,7 @@ pub fn load(
             wall_s: state.wall_s,
             curve: state.curve,
             best: state.best,
+            losses: state.losses,
         },
     })
 }

@@ -291,6 +291,52 @@ mod tests {
         assert!((held(0.95) - 20.0).abs() < 2.0, "{}", held(0.95));
     }
 
+    /// Ends its first episode by a fall after two steps, and every later one by the clock.
+    struct Falls {
+        episodes: u32,
+        steps: u32,
+    }
+
+    impl Env for Falls {
+        fn observation_len(&self) -> usize {
+            1
+        }
+
+        fn action_len(&self) -> usize {
+            2
+        }
+
+        fn reset(&mut self, _seed: u64, observation: &mut [f32]) {
+            self.episodes += 1;
+            self.steps = 0;
+            observation.fill(0.0);
+        }
+
+        fn step(&mut self, _action: &[f32], observation: &mut [f32]) -> Step {
+            self.steps += 1;
+            observation.fill(self.steps as f32);
+            let over = self.steps == 2;
+            let fell = over && self.episodes == 1;
+            Step { reward: 0.0, terminated: fell, truncated: over && !fell, forward_speed_m_s: 0.0 }
+        }
+    }
+
+    /// What the learner sees of an episode's end: the flag, and the state that it ended in.
+    #[test]
+    fn a_gathered_time_limit_keeps_its_value_and_a_gathered_fall_does_not() {
+        let make_env = || -> Box<dyn Env> { Box::new(Falls { episodes: 0, steps: 0 }) };
+        let mut collector = Collector::new(&make_env, LAYOUT, 4, 1);
+
+        let rows = collector
+            .gather(Order { round: 0, env_steps: 6, policy: None, noise: 0.2, correlation: 0.0 })
+            .unwrap();
+
+        let column = |at: usize| -> Vec<f32> { rows.chunks(LAYOUT.row_len()).map(|row| row[at]).collect() };
+        assert_eq!(column(LAYOUT.continuation()), [1.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(column(LAYOUT.next_observation()), [1.0, 2.0, 1.0, 2.0, 1.0, 2.0]);
+        assert_eq!(column(0), [0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+    }
+
     #[test]
     fn environments_do_not_share_their_noise() {
         let make_env = || -> Box<dyn Env> { Box::new(Void) };

@@ -44,7 +44,7 @@ pub struct Td3Config {
     /// Standard deviation of the noise on the actions that gather experience.
     pub exploration_noise: f32,
     /// Share of that noise that a control step hands on to the next; 0 is the
-    /// paper's white noise, which a servo of 2 rad/s hardly follows. Ours.
+    /// paper's white noise, which a servo of 2 rad/s hardly follows.
     pub exploration_correlation: f32,
     /// Transitions an update.
     pub batch_size: usize,
@@ -89,7 +89,8 @@ pub struct Schedule {
     pub env_steps_per_update: u64,
     /// Updates between two hand-overs of weights and transitions; an epoch's is a multiple.
     pub round_updates: u64,
-    /// Control steps with uniformly random actions before the first update.
+    /// Control steps with uniformly random actions before the first update; with none,
+    /// the untrained policy gathers the first round.
     pub warm_up_env_steps: u64,
     /// Environments that experience is gathered from in turn ("training number").
     pub training_envs: usize,
@@ -103,8 +104,8 @@ impl Default for Schedule {
             epochs: 100,
             updates_per_epoch: 2_500,
             env_steps_per_update: 10,
-            round_updates: 25,
-            warm_up_env_steps: 20_000,
+            round_updates: 1,
+            warm_up_env_steps: 0,
             training_envs: 8,
             evaluation_episodes: 50,
         }
@@ -173,7 +174,9 @@ impl Learning {
         at_most("schedule.round_updates", s.round_updates, 100_000, "1 to 100,000")?;
         at_most("schedule.training_envs", s.training_envs as u64, 1_024, "1 to 1,024")?;
         at_most("schedule.evaluation_episodes", s.evaluation_episodes as u64, 10_000, "1 to 10,000")?;
-        at_most("schedule.warm_up_env_steps", s.warm_up_env_steps, 10_000_000, "1 to 10,000,000")?;
+        if s.warm_up_env_steps > 0 {
+            at_most("schedule.warm_up_env_steps", s.warm_up_env_steps, 10_000_000, "0 to 10,000,000")?;
+        }
         // A round's transitions are handed over in one piece, 256 bytes each.
         at_most(
             "schedule.round_updates times schedule.env_steps_per_update",

@@ -4,23 +4,22 @@
 //! task is an [`Env`]. The same seed gives the same run bit for bit on the same
 //! machine, interrupted or not.
 //!
-//! Deviations from the paper, and why:
-//! - An epoch is 2,500 updates and there are 100, as the text says; Table 1
-//!   swaps the two. Ten control steps are gathered an update, as in Table 1.
-//! - `policy_noise_clip` is 0.5, from TD3's own paper; Table 1 is silent.
-//! - The first 20,000 control steps take random actions. The paper is silent,
-//!   and a buffer of one fresh network's actions teaches nothing.
+//! `configs/paper.toml` is the paper, each reading with its reason. What no
+//! number in that file can undo, and why:
+//! - A round's transitions are gathered while the round before is learned, so
+//!   that neither core waits: the actions that a round learns from first are
+//!   one round older than in algorithm 1.
 //! - Time limits are not ends: a truncated episode's last state keeps its
 //!   value. The authors' code ignores every end instead.
 //! - Rewards are not normalised, as in the text; the authors' code does so.
-//! - Transitions are handed over every 25 updates, 250 at once, so that
-//!   gathering and learning can overlap with a result that no timing changes.
-//! - Three hidden layers, as the text says; the authors' code builds four.
-//! - Exploration noise may last (`exploration_correlation`); the paper's is
-//!   white. A servo turns 2 degrees in a control step, so white noise shakes
-//!   the setpoints and leaves the legs where they are.
+//! - Every transition is learned from as soon as it is there; the Tianshou of
+//!   the authors kept whole episodes only and so gathered about 80 steps an
+//!   update where it was asked for 10.
+//! - The actor moves on updates 2, 4, 6 as in TD3's paper; Tianshou's counts
+//!   from 0 and moves it on 1, 3, 5.
 //!
-//! `configs/quick.toml` deviates further and says why beside each number.
+//! `configs/walk.toml` and `configs/quick.toml` deviate further and say why
+//! beside each number.
 
 pub mod adam;
 pub mod agent;
@@ -32,6 +31,7 @@ pub mod evaluate;
 pub mod networks;
 pub mod outcome;
 pub mod policy;
+pub mod preset;
 pub mod random;
 pub mod replay;
 pub mod run_config;

@@ -1,20 +1,17 @@
 //! A whole run in one file: seed, leg, learning and task.
 //!
-//! Owns the file's shape and the presets. A file names only what it changes
-//! against `configs/paper.toml`; a name it should not have is an error.
+//! Owns the file's shape. A file names only what it changes against the preset
+//! that it is `based_on`, `paper` where it does not say; a name it should not
+//! have is an error.
 
 use super::config::{BadValue, Learning, Schedule, Td3Config};
+use super::preset::Preset;
 use crate::robot::LEG_SCALE_RANGE;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnvConfig;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-
-/// Table 1 as a file, with what it leaves open.
-pub const PAPER: &str = include_str!("../../configs/paper.toml");
-/// A first gait in minutes.
-pub const QUICK: &str = include_str!("../../configs/quick.toml");
 
 /// Why a configuration cannot be used.
 #[derive(Debug, Error)]
@@ -64,6 +61,23 @@ pub struct RunConfig {
     pub env: AntEnvConfig,
 }
 
+/// A file by itself, for errors that name its own lines, and for what it stands on.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct File {
+    based_on: Preset,
+    #[serde(rename = "seed")]
+    _seed: u64,
+    #[serde(rename = "leg_scale")]
+    _leg_scale: LegScale,
+    #[serde(rename = "td3")]
+    _td3: Td3Config,
+    #[serde(rename = "schedule")]
+    _schedule: Schedule,
+    #[serde(rename = "env")]
+    _env: AntEnvConfig,
+}
+
 /// A number that is 1 unless a file says otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -76,7 +90,15 @@ impl Default for LegScale {
 }
 
 impl RunConfig {
-    /// Reads a configuration on top of [`PAPER`]; `path` names it in errors.
+    /// A configuration that comes with the program.
+    ///
+    /// # Errors
+    /// None that a test has not met: the same as [`Self::parse`].
+    pub fn preset(preset: Preset) -> Result<Self, ConfigError> {
+        Self::parse(preset.text(), Path::new(preset.path()))
+    }
+
+    /// Reads a configuration on top of what it is based on; `path` names it in errors.
     ///
     /// # Errors
     /// [`ConfigError`] where it is no configuration or a number is out of range.
@@ -85,11 +107,7 @@ impl RunConfig {
             path: path.to_owned(),
             source: Box::<toml::de::Error>::new(source),
         };
-        // By itself first: its errors then name its own lines.
-        toml::from_str::<Self>(text).map_err(parse)?;
-        let mut merged: toml::Table = toml::from_str(PAPER).map_err(parse)?;
-        lay_over(&mut merged, toml::from_str(text).map_err(parse)?);
-        let config: Self = merged.try_into().map_err(parse)?;
+        let config: Self = whole(text).and_then(toml::Table::try_into).map_err(parse)?;
         config.check().map_err(|source| ConfigError::Value { path: path.to_owned(), source })?;
         Ok(config)
     }
@@ -165,6 +183,20 @@ impl RunConfig {
     }
 }
 
+/// Every number of a file, with those that it leaves to what it is based on.
+fn whole(text: &str) -> Result<toml::Table, toml::de::Error> {
+    let File { based_on, .. } = toml::from_str(text)?;
+    let mut named: toml::Table = toml::from_str(text)?;
+    named.remove("based_on");
+    // The paper's names everything and ends the chain.
+    let mut merged = match based_on {
+        Preset::Paper => toml::from_str(Preset::Paper.text())?,
+        preset => whole(preset.text())?,
+    };
+    lay_over(&mut merged, named);
+    Ok(merged)
+}
+
 /// Replaces in `base` what `top` names, table by table.
 fn lay_over(base: &mut toml::Table, top: toml::Table) {
     for (name, value) in top {
@@ -180,6 +212,7 @@ fn lay_over(base: &mut toml::Table, top: toml::Table) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::reward::{Electricity, RewardConfig};
 
     fn parse(text: &str) -> Result<RunConfig, ConfigError> {
         RunConfig::parse(text, Path::new("mine.toml"))
@@ -187,10 +220,9 @@ mod tests {
 
     #[test]
     fn the_paper_preset_is_table_1() {
-        let paper = parse(PAPER).unwrap();
+        let paper = RunConfig::preset(Preset::Paper).unwrap();
 
-        let ours = Td3Config { exploration_correlation: 0.95, ..Td3Config::default() };
-        assert_eq!((&paper.td3, &paper.schedule), (&ours, &Schedule::default()));
+        assert_eq!(paper, RunConfig { env: paper.env, ..RunConfig::default() });
         assert_eq!(paper.td3.buffer_size, 20_000);
         assert_eq!((paper.td3.actor_learning_rate, paper.td3.critic_learning_rate), (3e-4, 1e-3));
         assert_eq!((paper.td3.gamma, paper.td3.tau, paper.td3.policy_delay), (0.99, 0.005, 2));
@@ -199,11 +231,57 @@ mod tests {
         assert_eq!((paper.schedule.training_envs, paper.schedule.evaluation_episodes), (8, 50));
         assert_eq!(paper.schedule.total_updates(), 250_000);
         assert_eq!(paper.schedule.env_steps_per_update, 10);
+        // 45 degrees either way, all of it, and no help with the servos.
+        assert_eq!((paper.env.setpoint_limit, paper.env.slew_limit_rad_s), (1.0, None));
+        assert_eq!(paper.env.reward, RewardConfig::default());
+    }
+
+    /// Nothing of the paper's may hang on a default that somebody changes.
+    #[test]
+    fn the_paper_preset_names_every_number() {
+        let named: toml::Table = toml::from_str(Preset::Paper.text()).unwrap();
+        let all = toml::Table::try_from(RunConfig::default()).unwrap();
+
+        let names = |table: &toml::Table| -> Vec<String> {
+            fn walk(prefix: &str, table: &toml::Table, names: &mut Vec<String>) {
+                for (name, value) in table {
+                    match value {
+                        toml::Value::Table(inner) => walk(&format!("{prefix}{name}."), inner, names),
+                        _ => names.push(format!("{prefix}{name}")),
+                    }
+                }
+            }
+            let mut names = Vec::new();
+            walk("", table, &mut names);
+            names.sort();
+            names
+        };
+        assert_eq!(names(&named), names(&all));
+    }
+
+    #[test]
+    fn walk_keeps_the_papers_learner_and_budget_but_charges_true_power() {
+        let (paper, walk) =
+            (RunConfig::preset(Preset::Paper).unwrap(), RunConfig::preset(Preset::Walk).unwrap());
+
+        assert_eq!(walk.td3, Td3Config { exploration_correlation: 0.95, ..paper.td3 });
+        assert_eq!(
+            walk.schedule,
+            Schedule { round_updates: 25, warm_up_env_steps: 20_000, ..paper.schedule }
+        );
+        assert_eq!(walk.env.reward.electricity_form, Electricity::ServoPower);
+    }
+
+    #[test]
+    fn a_file_can_stand_on_any_preset() {
+        let config = parse("based_on = \"quick\"\nseed = 4\n").unwrap();
+
+        assert_eq!(config, RunConfig { seed: 4, ..RunConfig::preset(Preset::Quick).unwrap() });
     }
 
     #[test]
     fn the_quick_preset_is_usable_and_short() {
-        let quick = parse(QUICK).unwrap();
+        let quick = RunConfig::preset(Preset::Quick).unwrap();
 
         assert!(quick.schedule.total_updates() <= 100_000);
     }
@@ -212,7 +290,7 @@ mod tests {
     fn a_file_changes_what_it_names_and_leaves_the_papers_rest() {
         let config = parse("[env.reward]\nforward = 3.5\n").unwrap();
 
-        let mut expected = parse(PAPER).unwrap();
+        let mut expected = RunConfig::preset(Preset::Paper).unwrap();
         expected.env.reward.forward = 3.5;
         assert_eq!(config, expected);
     }
@@ -221,7 +299,7 @@ mod tests {
     fn a_saved_configuration_comes_back_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("config.toml");
-        let mut config = parse(QUICK).unwrap();
+        let mut config = RunConfig::preset(Preset::Quick).unwrap();
         config.seed = 12;
 
         config.save(&path).unwrap();
@@ -248,6 +326,7 @@ mod tests {
             ("[env.start]\njoint_rad = nan", "env.start.joint_rad is NaN"),
             ("[env.reward]\nforward = inf", "env.reward.forward is inf"),
             ("leg_scale = 9.0", "leg_scale is 9"),
+            ("based_on = \"lunch\"", "lunch"),
         ] {
             let error = parse(text).unwrap_err();
 

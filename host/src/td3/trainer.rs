@@ -43,7 +43,6 @@ struct State {
     agent: Agent,
     replay: Replay,
     progress: Progress,
-    losses: Losses,
 }
 
 impl Run<'_> {
@@ -63,18 +62,12 @@ impl Run<'_> {
         let mut state = if resume {
             let saved = checkpoint::load(self.folder, config, layout, envs)?;
             restored = Some(saved.collector);
-            State {
-                agent: saved.agent,
-                replay: saved.replay,
-                progress: saved.progress,
-                losses: Losses::default(),
-            }
+            State { agent: saved.agent, replay: saved.replay, progress: saved.progress }
         } else {
             State {
                 agent: Agent::new(config, layout, self.seed),
                 replay: Replay::new(layout, config.buffer_size),
-                progress: Progress { round: 0, env_steps: 0, wall_s: 0.0, curve: Vec::new(), best: 0 },
-                losses: Losses::default(),
+                progress: Progress::default(),
             }
         };
         std::thread::scope(|scope| {
@@ -126,7 +119,8 @@ impl Run<'_> {
         let mut ending = Ending::Done;
         while state.agent.updates < schedule.total_updates() {
             ask(self.order(state))?;
-            if state.progress.env_steps >= schedule.warm_up_env_steps {
+            // Without a warm-up, the first round has nothing to learn from yet.
+            if state.progress.env_steps >= schedule.warm_up_env_steps.max(1) {
                 self.learn(state)?;
             }
             let (rows, collector) = hear()?;
@@ -189,12 +183,16 @@ impl Run<'_> {
             let last = index + 1 == updates && !reported;
             let losses = state.agent.update(&batch, &mut smooth, state.agent.updates + 1 == report || last);
             if let Some(losses) = losses {
-                state.losses = losses;
+                let actor = losses.actor.or(state.progress.losses.actor);
+                state.progress.losses = Losses { actor, ..losses };
                 reported = true;
             }
         }
-        let Losses { critic, q_mean, .. } = state.losses;
-        if !state.losses.is_finite() || q_mean.abs() > DIVERGED_Q || !state.agent.actor.policy().is_finite() {
+        let Losses { critic, q_mean, .. } = state.progress.losses;
+        if !state.progress.losses.is_finite()
+            || q_mean.abs() > DIVERGED_Q
+            || !state.agent.actor.policy().is_finite()
+        {
             return Err(TrainError::Diverged { updates: state.agent.updates, critic_loss: critic, q_mean });
         }
         Ok(())
@@ -213,9 +211,9 @@ impl Run<'_> {
             reward: evaluation.reward,
             speed_m_s: evaluation.speed_m_s,
             episode_steps: evaluation.steps,
-            critic_loss: state.losses.critic,
-            actor_loss: state.losses.actor,
-            q_mean: state.losses.q_mean,
+            critic_loss: progress.losses.critic,
+            actor_loss: progress.losses.actor.unwrap_or(0.0),
+            q_mean: progress.losses.q_mean,
         };
         let best = progress.curve.get(progress.best).is_none_or(|best| point.reward > best.reward);
         progress.curve.push(point);
