@@ -57,14 +57,14 @@ impl Losses {
 impl Agent {
     /// Random networks, targets equal to them.
     pub fn new(config: &Td3Config, layout: Layout, seed: u64) -> Self {
+        Self::with_hidden(config, layout, &vec![config.hidden_width; config.hidden_layers], seed)
+    }
+
+    fn with_hidden(config: &Td3Config, layout: Layout, hidden: &[usize], seed: u64) -> Self {
         let mut rng = stream(seed, Purpose::Initialise, 0);
-        let hidden = vec![config.hidden_width; config.hidden_layers];
-        let actor = Mlp::random(
-            1,
-            &[&[layout.observation_len], &hidden[..], &[layout.action_len]].concat(),
-            &mut rng,
-        );
-        let critics = Mlp::random(2, &[&[layout.reward()], &hidden[..], &[1]].concat(), &mut rng);
+        let actor =
+            Mlp::random(1, &[&[layout.observation_len], hidden, &[layout.action_len]].concat(), &mut rng);
+        let critics = Mlp::random(2, &[&[layout.reward()], hidden, &[1]].concat(), &mut rng);
         Self {
             target_actor: actor.duplicate(),
             target_critics: critics.duplicate(),
@@ -81,11 +81,18 @@ impl Agent {
     /// One update on `batch` (whole rows of the layout) with the smoothing noise
     /// of `rng`. Losses are computed where `report` asks for them: they cost time.
     pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng, report: bool) -> Option<Losses> {
+        let count = batch.len() / self.layout.row_len() * self.layout.action_len;
+        let normals: Vec<f32> = (0..count).map(|_| rng.sample(StandardNormal)).collect();
+        self.update_with(batch, &normals, report)
+    }
+
+    /// One update with smoothing noise made of these standard normal numbers, one
+    /// for each row and action.
+    fn update_with(&mut self, batch: &[f32], normals: &[f32], report: bool) -> Option<Losses> {
         tch::no_grad(|| {
             let rows = Tensor::from_slice(batch).view([-1, self.layout.row_len() as i64]);
             self.updates += 1;
-            let noise = self.smoothing_noise(rows.size()[0], rng);
-            let target = self.target(&rows, &noise);
+            let target = self.target(&rows, &self.smoothing_noise(normals));
             let mut losses = self.update_critics(&rows, &target, report);
             if self.updates.is_multiple_of(self.config.policy_delay) {
                 let q = self.update_actor(&rows);
@@ -99,12 +106,10 @@ impl Agent {
     }
 
     /// Clipped noise on the target policy's action, `[batch, actions]`.
-    fn smoothing_noise(&self, batch: i64, rng: &mut ChaCha8Rng) -> Tensor {
+    fn smoothing_noise(&self, normals: &[f32]) -> Tensor {
         let (scale, limit) = (self.config.policy_noise, self.config.policy_noise_clip);
-        let noise: Vec<f32> = (0..batch * self.layout.action_len as i64)
-            .map(|_| (scale * rng.sample::<f32, _>(StandardNormal)).clamp(-limit, limit))
-            .collect();
-        Tensor::from_slice(&noise).view([batch, self.layout.action_len as i64])
+        let noise: Vec<f32> = normals.iter().map(|n| (scale * n).clamp(-limit, limit)).collect();
+        Tensor::from_slice(&noise).view([-1, self.layout.action_len as i64])
     }
 
     /// What both critics should have said, `[batch, 1]`: reward plus the discounted
@@ -172,5 +177,7 @@ fn columns(rows: &Tensor, start: usize, len: usize) -> Tensor {
     rows.narrow(1, start as i64, len as i64)
 }
 
+#[cfg(test)]
+mod reference;
 #[cfg(test)]
 mod tests;

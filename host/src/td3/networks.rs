@@ -135,13 +135,7 @@ impl Mlp {
 
     /// The first copy in plain memory.
     pub fn policy(&self) -> Policy {
-        let flat = numbers(&self.parameters);
-        let part = |span: &Span| {
-            let start = span.start as usize;
-            flat[start..start + (span.inputs * span.outputs) as usize].to_vec()
-        };
-        let layers = self.spans.iter().map(|(w, b)| DenseLayer { weight: part(w), bias: part(b) });
-        Policy::new(layers.collect())
+        Policy::new(dense(&self.spans, &numbers(&self.parameters), 0))
     }
 
     /// Evaluates every copy on `input`, `[batch, inputs]`.
@@ -197,12 +191,41 @@ impl Mlp {
     }
 }
 
+/// One copy's layers out of flat numbers laid out as these spans.
+fn dense(spans: &[(Span, Span)], flat: &[f32], copy: usize) -> Vec<DenseLayer> {
+    let part = |span: &Span| {
+        let len = (span.inputs * span.outputs) as usize;
+        flat[span.start as usize + copy * len..][..len].to_vec()
+    };
+    spans.iter().map(|(w, b)| DenseLayer { weight: part(w), bias: part(b) }).collect()
+}
+
 /// A tensor's numbers, last dimension fastest.
 pub fn numbers(tensor: &Tensor) -> Vec<f32> {
     let mut numbers = vec![0.0; tensor.numel()];
     let len = numbers.len();
     tensor.copy_data(&mut numbers, len);
     numbers
+}
+
+/// What only tests ask for.
+#[cfg(test)]
+impl Mlp {
+    /// A copy's layers, as `parameters` or `gradients` (laid out alike) have them.
+    pub fn layers_of(&self, flat: &Tensor, copy: usize) -> Vec<DenseLayer> {
+        dense(&self.spans, &numbers(flat), copy)
+    }
+
+    /// Replaces a copy's layers.
+    pub fn set_layers(&mut self, copy: usize, layers: &[DenseLayer]) {
+        let mut flat = numbers(&self.parameters);
+        for ((weight, bias), layer) in self.spans.iter().zip(layers) {
+            for (span, values) in [(weight, &layer.weight), (bias, &layer.bias)] {
+                flat[span.start as usize + copy * values.len()..][..values.len()].copy_from_slice(values);
+            }
+        }
+        self.load(&flat);
+    }
 }
 
 #[cfg(test)]

@@ -78,8 +78,10 @@ fn the_target_judges_the_smoothed_action_inside_its_range() {
 #[test]
 fn smoothing_noise_has_the_asked_spread_and_limit() {
     let agent = agent();
+    let mut rng = stream(1, Purpose::Smooth, 0);
+    let normals: Vec<f32> = (0..20_000).map(|_| rng.sample(StandardNormal)).collect();
 
-    let noise = flat(&agent.smoothing_noise(20_000, &mut stream(1, Purpose::Smooth, 0)));
+    let noise = flat(&agent.smoothing_noise(&normals));
 
     let spread = (noise.iter().map(|n| n * n).sum::<f32>() / noise.len() as f32).sqrt();
     assert!((spread - 0.2).abs() < 0.005, "{spread}");
@@ -176,4 +178,44 @@ fn the_actor_climbs_the_first_critic() {
 
     let downhill = f64::from(flat(&agent.actor.gradients)[bias]);
     assert!((downhill + slope).abs() < 0.02 * slope.abs() + 1e-5, "{downhill} {slope}");
+}
+
+/// Each update moves what it is to move, and nothing else.
+#[test]
+fn a_critic_update_leaves_the_actor_and_every_target_alone() {
+    let mut agent = agent();
+    let names = ["actor", "target actor", "target critics"];
+    let untouched = |agent: &Agent| {
+        [&agent.actor, &agent.target_actor, &agent.target_critics]
+            .map(|n| (flat(&n.parameters), flat(&n.gradients)))
+    };
+    let (before, critics) = (untouched(&agent), flat(&agent.critics.parameters));
+
+    agent.update(&rows(), &mut stream(0, Purpose::Smooth, 0), false);
+
+    for ((name, before), after) in names.iter().zip(before).zip(untouched(&agent)) {
+        assert_eq!(before, after, "{name}");
+    }
+    assert_ne!(flat(&agent.critics.parameters), critics);
+}
+
+/// Neither critic sees the other's error, and the actor climbs the first alone.
+#[test]
+fn what_the_second_critic_says_changes_no_derivative_but_its_own() {
+    let target = Tensor::from_slice(&[0.3_f32, -0.2, 1.0, 0.5]).view([4, 1]);
+    let derivatives = |change: f32| {
+        let mut agent = agent();
+        let mut second = agent.critics.layers_of(&agent.critics.parameters, 1);
+        second[0].weight.iter_mut().for_each(|weight| *weight *= change);
+        agent.critics.set_layers(1, &second);
+        let _ = agent.update_actor(&batch());
+        agent.update_critics(&batch(), &target, false);
+        let of_critic = |copy| agent.critics.layers_of(&agent.critics.gradients, copy);
+        (flat(&agent.actor.gradients), of_critic(0), of_critic(1))
+    };
+
+    let (as_it_was, changed) = (derivatives(1.0), derivatives(2.0));
+
+    assert_eq!((&as_it_was.0, &as_it_was.1), (&changed.0, &changed.1));
+    assert_ne!(as_it_was.2, changed.2);
 }

@@ -1,0 +1,156 @@
+//! Two updates against PyTorch's, from the same weights, batches and noise.
+//!
+//! `reference.json` is checked in; `scripts/td3-reference.py` makes it.
+
+use super::super::policy::DenseLayer;
+use super::*;
+use std::collections::BTreeMap;
+
+const REFERENCE: &str = include_str!("reference.json");
+const TOLERANCE: f32 = 1e-5;
+
+/// A layer as PyTorch has it: `weight[output][input]`.
+#[derive(Deserialize)]
+struct Layer {
+    weight: Vec<Vec<f32>>,
+    bias: Vec<f32>,
+}
+
+/// Copies of a network.
+type Copies = Vec<Vec<Layer>>;
+
+#[derive(Deserialize)]
+struct Update {
+    batch: Vec<Vec<f32>>,
+    normals: Vec<Vec<f32>>,
+    clipped_noise: usize,
+    second_critic_smaller: usize,
+    target: Vec<f32>,
+    critic_loss: f32,
+    critic_gradients: Copies,
+    actor_loss: Option<f32>,
+    actor_gradients: Option<Copies>,
+    after: BTreeMap<String, Copies>,
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    observation_len: usize,
+    action_len: usize,
+    hidden: Vec<usize>,
+    config: BTreeMap<String, f64>,
+    before: BTreeMap<String, Copies>,
+    updates: Vec<Update>,
+}
+
+impl Reference {
+    fn read() -> Self {
+        serde_json::from_str(REFERENCE).unwrap()
+    }
+
+    /// The agent before the first update.
+    fn agent(&self) -> Agent {
+        let number = |name: &str| self.config[name];
+        let config = Td3Config {
+            actor_learning_rate: number("actor_learning_rate"),
+            critic_learning_rate: number("critic_learning_rate"),
+            gamma: number("gamma"),
+            tau: number("tau"),
+            policy_delay: number("policy_delay") as u64,
+            policy_noise: number("policy_noise") as f32,
+            policy_noise_clip: number("policy_noise_clip") as f32,
+            ..Td3Config::default()
+        };
+        let layout = Layout { observation_len: self.observation_len, action_len: self.action_len };
+        let mut agent = Agent::with_hidden(&config, layout, &self.hidden, 0);
+        for (name, network) in networks(&mut agent) {
+            for (copy, layers) in self.before[name].iter().enumerate() {
+                let layers: Vec<_> = layers.iter().map(dense).collect();
+                network.set_layers(copy, &layers);
+            }
+        }
+        agent
+    }
+}
+
+fn networks(agent: &mut Agent) -> [(&'static str, &mut Mlp); 4] {
+    [
+        ("actor", &mut agent.actor),
+        ("critics", &mut agent.critics),
+        ("target_actor", &mut agent.target_actor),
+        ("target_critics", &mut agent.target_critics),
+    ]
+}
+
+/// Ours are `weight[input][output]`.
+fn dense(layer: &Layer) -> DenseLayer {
+    let inputs = layer.weight[0].len();
+    let weight = (0..inputs).flat_map(|i| layer.weight.iter().map(move |row| row[i])).collect();
+    DenseLayer { weight, bias: layer.bias.clone() }
+}
+
+#[track_caller]
+fn assert_near(what: &str, got: &[f32], want: &[f32]) {
+    assert_eq!(got.len(), want.len(), "{what}");
+    for (index, (got, want)) in got.iter().zip(want).enumerate() {
+        assert!((got - want).abs() <= TOLERANCE, "{what}, number {index}: {got} is not {want}");
+    }
+}
+
+#[track_caller]
+fn assert_layers(what: &str, network: &Mlp, flat: &Tensor, want: &Copies) {
+    for (copy, want) in want.iter().enumerate() {
+        let got = network.layers_of(flat, copy);
+        assert_eq!(got.len(), want.len());
+        for (depth, (got, want)) in got.iter().zip(want).enumerate() {
+            let want = dense(want);
+            assert_near(&format!("{what} {copy}, weight {depth}"), &got.weight, &want.weight);
+            assert_near(&format!("{what} {copy}, bias {depth}"), &got.bias, &want.bias);
+        }
+    }
+}
+
+#[test]
+fn two_updates_come_out_as_pytorchs() {
+    let reference = Reference::read();
+    let mut agent = reference.agent();
+
+    for (number, update) in (1..).zip(&reference.updates) {
+        let normals = update.normals.concat();
+        let rows = Tensor::from_slice(&update.batch.concat()).view([update.batch.len() as i64, -1]);
+        let target = agent.target(&rows, &agent.smoothing_noise(&normals));
+        let losses = agent.update_with(&update.batch.concat(), &normals, true).unwrap();
+
+        let target: Vec<f32> = Vec::try_from(target.flatten(0, -1)).unwrap();
+        assert_near(&format!("update {number}, target"), &target, &update.target);
+        assert_near(&format!("update {number}, critic loss"), &[losses.critic as f32], &[update.critic_loss]);
+        let critics = &agent.critics;
+        let what = format!("update {number}, gradient of critic");
+        assert_layers(&what, critics, &critics.gradients, &update.critic_gradients);
+        assert_eq!(losses.actor.is_some(), update.actor_loss.is_some());
+        if let (Some(loss), Some(gradients)) = (update.actor_loss, &update.actor_gradients) {
+            assert_near(&format!("update {number}, actor loss"), &[losses.actor.unwrap() as f32], &[loss]);
+            let what = format!("update {number}, gradient of actor");
+            assert_layers(&what, &agent.actor, &agent.actor.gradients, gradients);
+        }
+        for (name, network) in networks(&mut agent) {
+            let what = format!("after update {number}, {name}");
+            assert_layers(&what, network, &network.parameters, &update.after[name]);
+        }
+    }
+}
+
+/// A reference that skips the hard cases would prove little.
+#[test]
+fn the_reference_meets_ends_clipped_noise_and_both_critics() {
+    let reference = Reference::read();
+    let agent = reference.agent();
+
+    for update in &reference.updates {
+        let rows = Tensor::from_slice(&update.batch.concat()).view([update.batch.len() as i64, -1]);
+        let ended = columns(&rows, agent.layout.continuation(), 1).eq(0.0).sum(Kind::Int64).int64_value(&[]);
+        assert!((1..6).contains(&ended) && update.clipped_noise > 0);
+    }
+    let second_smaller: usize = reference.updates.iter().map(|u| u.second_critic_smaller).sum();
+    assert!((2..=10).contains(&second_smaller), "of 12 rows: {second_smaller}");
+}
