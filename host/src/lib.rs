@@ -6,6 +6,9 @@
 //!
 //! Feature `train` (default) adds TD3 on libtorch. Without it, the tool still
 //! simulates, fits, uploads and measures.
+//! Features: `sim` adds the rapier world, `train` (default) adds TD3, `torch`
+//! (default) the libtorch that `bench` compares it with. Without any, the tool
+//! still fits, uploads and measures.
 #![deny(unsafe_code)]
 
 pub mod calibration;

@@ -217,7 +217,7 @@ fn a_damaged_checkpoint_is_an_error_and_no_panic() {
     std::fs::write(&state, &text[..text.len() / 2]).unwrap();
     assert!(matches!(load(), Err(CheckpointError::Format { .. })));
 
-    std::fs::write(&state, text.replace("\"version\": 1", "\"version\": 99")).unwrap();
+    std::fs::write(&state, text.replace("\"version\": 2", "\"version\": 99")).unwrap();
     assert!(matches!(load(), Err(CheckpointError::Version { version: 99, .. })));
 
     std::fs::write(&state, text.replace("\"best\": ", "\"best\": 7")).unwrap();

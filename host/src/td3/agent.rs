@@ -5,14 +5,14 @@
 
 use super::adam::Adam;
 use super::config::Td3Config;
-use super::networks::{Activations, Mlp, Wanted};
+use super::kernels::{self, Matrix};
+use super::networks::{Activations, Mlp};
 use super::random::{Purpose, stream};
 use super::replay::Layout;
 use rand::Rng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
-use tch::{Kind, Tensor};
 
 /// Actor, critics, targets and optimisers.
 #[derive(Debug)]
@@ -22,17 +22,18 @@ pub struct Agent {
     /// Observation to action, before the hyperbolic tangent.
     pub actor: Mlp,
     /// Observation and action to value, twice.
-    pub critics: Mlp,
+    pub critics: [Mlp; 2],
     /// Slow copy of the actor.
     pub target_actor: Mlp,
     /// Slow copies of the critics.
-    pub target_critics: Mlp,
+    pub target_critics: [Mlp; 2],
     /// The actor's optimiser.
     pub actor_adam: Adam,
-    /// The critics' optimiser.
-    pub critics_adam: Adam,
+    /// The critics' optimisers.
+    pub critics_adam: [Adam; 2],
     /// Updates done.
     pub updates: u64,
+    memory: Memory,
 }
 
 /// What an update was like, for people to read.
@@ -54,6 +55,24 @@ impl Losses {
     }
 }
 
+/// What an update works in; nothing in it outlives the update.
+#[derive(Debug, Default)]
+struct Memory {
+    /// Of the actors.
+    actor: Activations,
+    /// Of the critics.
+    critic: Activations,
+    /// Observations with actions of an actor, `[batch, observation + action]`.
+    judged: Vec<f32>,
+    /// An actor's actions, `[batch, action]`.
+    actions: Vec<f32>,
+    normals: Vec<f32>,
+    /// What both critics should have said, `[batch]`.
+    target: Vec<f32>,
+    /// A loss's derivative by a network's output.
+    gradient: Vec<f32>,
+}
+
 impl Agent {
     /// Random networks, targets equal to them.
     pub fn new(config: &Td3Config, layout: Layout, seed: u64) -> Self {
@@ -63,118 +82,170 @@ impl Agent {
     fn with_hidden(config: &Td3Config, layout: Layout, hidden: &[usize], seed: u64) -> Self {
         let mut rng = stream(seed, Purpose::Initialise, 0);
         let actor =
-            Mlp::random(1, &[&[layout.observation_len], hidden, &[layout.action_len]].concat(), &mut rng);
-        let critics = Mlp::random(2, &[&[layout.reward()], hidden, &[1]].concat(), &mut rng);
+            Mlp::random(&[&[layout.observation_len], hidden, &[layout.action_len]].concat(), &mut rng);
+        let widths = [&[layout.reward()], hidden, &[1]].concat();
+        let critics = [Mlp::random(&widths, &mut rng), Mlp::random(&widths, &mut rng)];
+        let critics_adam = Adam::new(critics[0].parameters.len(), config.critic_learning_rate);
         Self {
-            target_actor: actor.duplicate(),
-            target_critics: critics.duplicate(),
-            actor_adam: Adam::new(&actor.parameters, config.actor_learning_rate),
-            critics_adam: Adam::new(&critics.parameters, config.critic_learning_rate),
+            actor_adam: Adam::new(actor.parameters.len(), config.actor_learning_rate),
+            critics_adam: [critics_adam.clone(), critics_adam],
+            target_actor: actor.clone(),
+            target_critics: critics.clone(),
             actor,
             critics,
             config: config.clone(),
             layout,
             updates: 0,
+            memory: Memory::default(),
         }
     }
 
-    /// One update on `batch` (whole rows of the layout) with the smoothing noise
-    /// of `rng`. Losses are computed where `report` asks for them: they cost time.
-    pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng, report: bool) -> Option<Losses> {
-        let count = batch.len() / self.layout.row_len() * self.layout.action_len;
-        let normals: Vec<f32> = (0..count).map(|_| rng.sample(StandardNormal)).collect();
-        self.update_with(batch, &normals, report)
+    /// One update on `batch` (whole rows of the layout) with the smoothing noise of `rng`.
+    pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng) -> Losses {
+        let count = self.rows_in(batch) * self.layout.action_len;
+        let mut normals = std::mem::take(&mut self.memory.normals);
+        normals.clear();
+        normals.extend((0..count).map(|_| rng.sample::<f32, _>(StandardNormal)));
+        let losses = self.update_with(batch, &normals);
+        self.memory.normals = normals;
+        losses
+    }
+
+    /// Multiplications and additions in the products of the mean update with `rows` rows.
+    pub fn arithmetic_of_an_update(&self, rows: usize) -> f64 {
+        let (actor, critic) = (self.actor.multiplications(), self.critics[0].multiplications());
+        let into_actor = self.actor.first_multiplications();
+        let into_critic = self.critics[0].first_multiplications();
+        // Target: each target network forwards. Critics: forwards, derivatives by weights, and
+        // by all inputs but the first layer's.
+        let every = actor + 2 * critic + 2 * (3 * critic - into_critic);
+        // Actor and first critic forwards; back through the critic to its input, and through the actor.
+        let delayed = actor + 2 * critic + 2 * actor - into_actor;
+        2.0 * rows as f64 * (every as f64 + delayed as f64 / self.config.policy_delay as f64)
     }
 
     /// One update with smoothing noise made of these standard normal numbers, one
     /// for each row and action.
-    fn update_with(&mut self, batch: &[f32], normals: &[f32], report: bool) -> Option<Losses> {
-        tch::no_grad(|| {
-            let rows = Tensor::from_slice(batch).view([-1, self.layout.row_len() as i64]);
-            self.updates += 1;
-            let target = self.target(&rows, &self.smoothing_noise(normals));
-            let mut losses = self.update_critics(&rows, &target, report);
-            if self.updates.is_multiple_of(self.config.policy_delay) {
-                let q = self.update_actor(&rows);
-                if let Some(losses) = &mut losses {
-                    losses.actor = Some(-q.mean(Kind::Float).double_value(&[]));
-                }
-                self.follow();
-            }
-            losses
-        })
-    }
-
-    /// Clipped noise on the target policy's action, `[batch, actions]`.
-    fn smoothing_noise(&self, normals: &[f32]) -> Tensor {
-        let (scale, limit) = (self.config.policy_noise, self.config.policy_noise_clip);
-        let noise: Vec<f32> = normals.iter().map(|n| (scale * n).clamp(-limit, limit)).collect();
-        Tensor::from_slice(&noise).view([-1, self.layout.action_len as i64])
-    }
-
-    /// What both critics should have said, `[batch, 1]`: reward plus the discounted
-    /// smaller value of the smoothed target action.
-    ///
-    /// # Source
-    /// Fujimoto et al. (2018), algorithm 1.
-    fn target(&self, rows: &Tensor, noise: &Tensor) -> Tensor {
-        let layout = self.layout;
-        let next = columns(rows, layout.next_observation(), layout.observation_len);
-        let action = (act(&self.target_actor.forward(&next)).squeeze_dim(0) + noise).clamp_(-1.0, 1.0);
-        let values = self.target_critics.forward(&Tensor::cat(&[next, action], 1));
-        let smaller = values.output().amin([0_i64].as_slice(), false);
-        let continuation = columns(rows, layout.continuation(), 1);
-        columns(rows, layout.reward(), 1) + smaller * continuation * self.config.gamma
-    }
-
-    fn update_critics(&mut self, rows: &Tensor, target: &Tensor, report: bool) -> Option<Losses> {
-        let activations = self.critics.forward(&columns(rows, 0, self.layout.reward()));
-        let error = activations.output() - target.unsqueeze(0);
-        let losses = report.then(|| Losses {
-            critic: 2.0 * error.square().mean(Kind::Float).double_value(&[]),
-            actor: None,
-            q_mean: activations.output().mean(Kind::Float).double_value(&[]),
-        });
-        // d/dq of mean((q - target)²), for each critic.
-        let gradient = error * (2.0 / rows.size()[0] as f64);
-        self.critics.backward(&activations, gradient, Wanted::Parameters);
-        self.critics_adam.step(&mut self.critics.parameters, &self.critics.gradients);
+    fn update_with(&mut self, batch: &[f32], normals: &[f32]) -> Losses {
+        self.updates += 1;
+        self.aim(batch, normals);
+        let mut losses = self.update_critics(batch);
+        if self.updates.is_multiple_of(self.config.policy_delay) {
+            losses.actor = Some(self.update_actor(batch));
+            self.follow();
+        }
         losses
     }
 
-    /// Climbs the first critic; answers the values of the actor's actions.
-    fn update_actor(&mut self, rows: &Tensor) -> Tensor {
+    fn rows_in(&self, batch: &[f32]) -> usize {
+        batch.len() / self.layout.row_len()
+    }
+
+    /// Columns of the batch's rows.
+    fn columns<'a>(&self, batch: &'a [f32], start: usize, len: usize) -> Matrix<'a> {
+        Matrix::rows(batch, start, self.rows_in(batch), len, self.layout.row_len())
+    }
+
+    /// Clipped noise on the target policy's action.
+    fn smoothing_noise(&self, normal: f32) -> f32 {
+        let limit = self.config.policy_noise_clip;
+        (self.config.policy_noise * normal).clamp(-limit, limit)
+    }
+
+    /// What both critics should have said, into `memory.target`: reward plus the
+    /// discounted smaller value of the smoothed target action.
+    ///
+    /// # Source
+    /// Fujimoto et al. (2018), algorithm 1.
+    fn aim(&mut self, batch: &[f32], normals: &[f32]) {
         let layout = self.layout;
-        let observation = columns(rows, 0, layout.observation_len);
-        let activations = self.actor.forward(&observation);
-        let action = act(&activations);
-        let judged = self.critics.forward_first(&Tensor::cat(&[observation, action.squeeze_dim(0)], 1));
-        let downhill = judged.output().full_like(-1.0 / rows.size()[0] as f64);
-        let input_gradient = self.critics.backward(&judged, downhill, Wanted::Input);
-        if let Some(gradient) = input_gradient {
-            let gradient = gradient.narrow(2, layout.action() as i64, layout.action_len as i64);
-            let gradient = Tensor::tanh_backward(&gradient, &action);
-            self.actor.backward(&activations, gradient, Wanted::Parameters);
-            self.actor_adam.step(&mut self.actor.parameters, &self.actor.gradients);
+        let mut memory = std::mem::take(&mut self.memory);
+        let next = self.columns(batch, layout.next_observation(), layout.observation_len);
+        self.target_actor.forward(next, &mut memory.actor);
+        memory.actions.clear();
+        let smoothed = memory.actor.output().iter().zip(normals);
+        memory.actions.extend(smoothed.map(|(a, &n)| (a.tanh() + self.smoothing_noise(n)).clamp(-1.0, 1.0)));
+        join(batch, layout, layout.next_observation(), &memory.actions, &mut memory.judged);
+        let judged = Matrix::dense(&memory.judged, layout.reward());
+        self.target_critics[0].forward(judged, &mut memory.critic);
+        memory.target.clear();
+        memory.target.extend_from_slice(memory.critic.output());
+        self.target_critics[1].forward(judged, &mut memory.critic);
+        let gamma = self.config.gamma as f32;
+        let rows = batch.chunks_exact(layout.row_len());
+        for ((target, &second), row) in memory.target.iter_mut().zip(memory.critic.output()).zip(rows) {
+            // Not `min`, which would drop a value that is no number: divergence must show.
+            let smaller = if second < *target || second.is_nan() { second } else { *target };
+            *target = row[layout.reward()] + gamma * row[layout.continuation()] * smaller;
         }
-        judged.output().shallow_clone()
+        self.memory = memory;
+    }
+
+    /// Moves both critics towards `memory.target`.
+    fn update_critics(&mut self, batch: &[f32]) -> Losses {
+        let mut memory = std::mem::take(&mut self.memory);
+        let input = self.columns(batch, 0, self.layout.reward());
+        let count = self.rows_in(batch) as f64;
+        let mut losses = Losses::default();
+        for (critic, adam) in self.critics.iter_mut().zip(&mut self.critics_adam) {
+            critic.forward(input, &mut memory.critic);
+            memory.gradient.clear();
+            for (&value, &target) in memory.critic.output().iter().zip(&memory.target) {
+                let error = value - target;
+                losses.critic += f64::from(error) * f64::from(error) / count;
+                losses.q_mean += f64::from(value) / (2.0 * count);
+                // d/dq of mean((q - target)²).
+                memory.gradient.push(error * (2.0 / count as f32));
+            }
+            critic.backward(input, &mut memory.critic, &memory.gradient);
+            adam.step(&mut critic.parameters, &critic.gradients);
+        }
+        self.memory = memory;
+        losses
+    }
+
+    /// Climbs the first critic; answers minus the mean value of the actor's actions.
+    fn update_actor(&mut self, batch: &[f32]) -> f64 {
+        let layout = self.layout;
+        let mut memory = std::mem::take(&mut self.memory);
+        let observation = self.columns(batch, 0, layout.observation_len);
+        self.actor.forward(observation, &mut memory.actor);
+        memory.actions.clear();
+        memory.actions.extend(memory.actor.output().iter().map(|output| output.tanh()));
+        join(batch, layout, 0, &memory.actions, &mut memory.judged);
+        let judged = Matrix::dense(&memory.judged, layout.reward());
+        self.critics[0].forward(judged, &mut memory.critic);
+        let count = self.rows_in(batch);
+        let loss = -memory.critic.output().iter().map(|&q| f64::from(q)).sum::<f64>() / count as f64;
+        memory.gradient.clear();
+        memory.gradient.resize(count, -1.0 / count as f32);
+        let by_action =
+            self.critics[0].backward_to_input(layout.action(), &mut memory.critic, &memory.gradient);
+        memory.gradient.clear();
+        memory.gradient.extend(by_action.iter().zip(&memory.actions).map(|(g, a)| g * (1.0 - a * a)));
+        self.actor.backward(observation, &mut memory.actor, &memory.gradient);
+        self.actor_adam.step(&mut self.actor.parameters, &self.actor.gradients);
+        self.memory = memory;
+        loss
     }
 
     /// Moves the targets a share `tau` of the way.
     fn follow(&mut self) {
-        let tau = self.config.tau;
-        let _ = self.target_actor.parameters.lerp_(&self.actor.parameters, tau);
-        let _ = self.target_critics.parameters.lerp_(&self.critics.parameters, tau);
+        let tau = self.config.tau as f32;
+        kernels::follow(&mut self.target_actor.parameters, &self.actor.parameters, tau);
+        for (slow, fast) in self.target_critics.iter_mut().zip(&self.critics) {
+            kernels::follow(&mut slow.parameters, &fast.parameters, tau);
+        }
     }
 }
 
-/// The action of an actor's output: between -1 and 1.
-fn act(activations: &Activations) -> Tensor {
-    activations.output().tanh()
-}
-
-fn columns(rows: &Tensor, start: usize, len: usize) -> Tensor {
-    rows.narrow(1, start as i64, len as i64)
+/// The observation that starts at `start` of each row, and its action, side by side.
+fn join(batch: &[f32], layout: Layout, start: usize, actions: &[f32], judged: &mut Vec<f32>) {
+    judged.clear();
+    for (row, action) in batch.chunks_exact(layout.row_len()).zip(actions.chunks_exact(layout.action_len)) {
+        judged.extend_from_slice(&row[start..][..layout.observation_len]);
+        judged.extend_from_slice(action);
+    }
 }
 
 #[cfg(test)]

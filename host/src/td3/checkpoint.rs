@@ -8,20 +8,18 @@ use super::agent::{Agent, Losses};
 use super::collect::{CollectorState, Episode};
 use super::config::Td3Config;
 use super::curve::CurvePoint;
-use super::networks::numbers;
 use super::replay::{Layout, Replay};
 use super::tensor_file::{TensorFile, TensorFileError};
 use crate::run_folder::{self, FileError};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use tch::Tensor;
 use thiserror::Error;
 
 /// The checkpoint's folder within a run.
 pub const FOLDER: &str = "checkpoint";
 const STATE: &str = "state.json";
 /// Raised whenever an older checkpoint cannot be read any more.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// `random::stream` has room for as many rounds.
 const MAX_COUNT: u64 = 1 << 56;
 
@@ -128,17 +126,24 @@ pub struct Restored {
     pub progress: Progress,
 }
 
-/// The agent's tensors by name, the same for saving and loading.
-fn tensors(agent: &mut Agent) -> [(&'static str, &mut Tensor); 8] {
+/// The agent's numbers by name, the same for saving and loading.
+fn numbers(agent: &mut Agent) -> [(&'static str, &mut Vec<f32>); 12] {
+    let [critic1, critic2] = &mut agent.critics;
+    let [target_critic1, target_critic2] = &mut agent.target_critics;
+    let [adam1, adam2] = &mut agent.critics_adam;
     [
         ("actor", &mut agent.actor.parameters),
-        ("critics", &mut agent.critics.parameters),
+        ("critic1", &mut critic1.parameters),
+        ("critic2", &mut critic2.parameters),
         ("target_actor", &mut agent.target_actor.parameters),
-        ("target_critics", &mut agent.target_critics.parameters),
+        ("target_critic1", &mut target_critic1.parameters),
+        ("target_critic2", &mut target_critic2.parameters),
         ("actor_adam_mean", &mut agent.actor_adam.mean),
         ("actor_adam_square", &mut agent.actor_adam.square),
-        ("critics_adam_mean", &mut agent.critics_adam.mean),
-        ("critics_adam_square", &mut agent.critics_adam.square),
+        ("critic1_adam_mean", &mut adam1.mean),
+        ("critic1_adam_square", &mut adam1.square),
+        ("critic2_adam_mean", &mut adam2.mean),
+        ("critic2_adam_square", &mut adam2.square),
     ]
 }
 
@@ -166,15 +171,15 @@ pub fn save(
         best: progress.best,
         losses: progress.losses,
         actor_adam_steps: agent.actor_adam.steps,
-        critics_adam_steps: agent.critics_adam.steps,
+        critics_adam_steps: agent.critics_adam[0].steps,
         replay_next: replay.next(),
         next_episode: collector.next_episode,
         turn: collector.turn,
         episodes: collector.episodes.iter().map(|episode| episode.number).collect(),
     };
     let mut file = TensorFile::new(&folder.join(&state.tensors));
-    for (name, tensor) in tensors(agent) {
-        file.put(name, &[tensor.numel()], numbers(tensor));
+    for (name, values) in numbers(agent) {
+        file.put(name, &[values.len()], values.clone());
     }
     file.put("replay", &[replay.rows().len()], replay.rows().to_vec());
     for (slot, episode) in collector.episodes.into_iter().enumerate() {
@@ -242,13 +247,14 @@ pub fn load(
     }
     let mut file = TensorFile::load(&run.join(FOLDER).join(&state.tensors))?;
     let mut agent = Agent::new(config, layout, 0);
-    for (name, tensor) in tensors(&mut agent) {
-        let saved = file.take_len(name, tensor.numel())?;
-        tensor.copy_(&Tensor::from_slice(&saved));
+    for (name, values) in numbers(&mut agent) {
+        *values = file.take_len(name, values.len())?;
     }
     agent.updates = state.updates;
     agent.actor_adam.steps = state.actor_adam_steps;
-    agent.critics_adam.steps = state.critics_adam_steps;
+    for adam in &mut agent.critics_adam {
+        adam.steps = state.critics_adam_steps;
+    }
     let rows = file.take("replay")?.numbers;
     let replay = Replay::restore(layout, config.buffer_size, rows, state.replay_next)
         .ok_or_else(|| contradiction("replay_next"))?;

@@ -143,8 +143,8 @@ impl Learning {
         let (t, s) = (&self.td3, &self.schedule);
         at_most("td3.buffer_size", t.buffer_size as u64, 10_000_000, "1 to 10,000,000")?;
         at_most("td3.batch_size", t.batch_size as u64, 65_536, "1 to 65,536")?;
-        // 29 MB a network at most, of which there are eighteen, moments and derivatives included:
-        // libtorch panics where memory ends.
+        // 29 MB a network at most, of which there are fifteen, moments and derivatives included:
+        // a program without memory is ended on the spot.
         at_most("td3.hidden_layers", t.hidden_layers as u64, 8, "1 to 8")?;
         at_most("td3.hidden_width", t.hidden_width as u64, 1_024, "1 to 1,024")?;
         at_most("td3.policy_delay", t.policy_delay, 1_000, "1 to 1,000")?;

@@ -1,8 +1,7 @@
 //! A trained actor in plain Rust: observation in, action out.
 //!
 //! Owns the one-observation forward pass and the policy file; refuses to know
-//! libtorch, so that gathering and recording run without it, and faster: for a
-//! single observation a call into libtorch costs more than the arithmetic.
+//! how it was learned: gathering, recording and playing need nothing else.
 
 use super::tensor_file::{TensorFile, TensorFileError};
 use std::path::Path;

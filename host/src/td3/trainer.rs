@@ -51,8 +51,6 @@ impl Run<'_> {
     /// # Errors
     /// [`TrainError`]; the best policy so far stays in the folder.
     pub fn train(&self, resume: bool, on_event: &mut dyn FnMut(Event)) -> Result<Outcome, TrainError> {
-        // A second thread inside libtorch gains nothing and takes the collector's core.
-        tch::set_num_threads(1);
         let layout = {
             let env = (self.make_env)();
             Layout { observation_len: env.observation_len(), action_len: env.action_len() }
@@ -173,20 +171,11 @@ impl Run<'_> {
         let mut sample = stream(self.seed, Purpose::Sample, round);
         let mut smooth = stream(self.seed, Purpose::Smooth, round);
         let mut batch = Vec::new();
-        // Losses cost time, so one update a round reports: the last that moves the actor.
-        let updates = self.learning.schedule.round_updates;
-        let report =
-            (state.agent.updates + updates) / self.learning.td3.policy_delay * self.learning.td3.policy_delay;
-        let mut reported = false;
-        for index in 0..updates {
+        for _ in 0..self.learning.schedule.round_updates {
             state.replay.sample(self.learning.td3.batch_size, &mut sample, &mut batch);
-            let last = index + 1 == updates && !reported;
-            let losses = state.agent.update(&batch, &mut smooth, state.agent.updates + 1 == report || last);
-            if let Some(losses) = losses {
-                let actor = losses.actor.or(state.progress.losses.actor);
-                state.progress.losses = Losses { actor, ..losses };
-                reported = true;
-            }
+            let losses = state.agent.update(&batch, &mut smooth);
+            let actor = losses.actor.or(state.progress.losses.actor);
+            state.progress.losses = Losses { actor, ..losses };
         }
         let Losses { critic, q_mean, .. } = state.progress.losses;
         if !state.progress.losses.is_finite()

@@ -63,22 +63,25 @@ impl Reference {
         };
         let layout = Layout { observation_len: self.observation_len, action_len: self.action_len };
         let mut agent = Agent::with_hidden(&config, layout, &self.hidden, 0);
-        for (name, network) in networks(&mut agent) {
-            for (copy, layers) in self.before[name].iter().enumerate() {
-                let layers: Vec<_> = layers.iter().map(dense).collect();
-                network.set_layers(copy, &layers);
-            }
+        for (name, copy, network) in networks(&mut agent) {
+            let layers: Vec<_> = self.before[name][copy].iter().map(dense).collect();
+            network.set_layers(&layers);
         }
         agent
     }
 }
 
-fn networks(agent: &mut Agent) -> [(&'static str, &mut Mlp); 4] {
+/// Name and number in the reference, and the network.
+fn networks(agent: &mut Agent) -> [(&'static str, usize, &mut Mlp); 6] {
+    let [critic1, critic2] = &mut agent.critics;
+    let [target1, target2] = &mut agent.target_critics;
     [
-        ("actor", &mut agent.actor),
-        ("critics", &mut agent.critics),
-        ("target_actor", &mut agent.target_actor),
-        ("target_critics", &mut agent.target_critics),
+        ("actor", 0, &mut agent.actor),
+        ("critics", 0, critic1),
+        ("critics", 1, critic2),
+        ("target_actor", 0, &mut agent.target_actor),
+        ("target_critics", 0, target1),
+        ("target_critics", 1, target2),
     ]
 }
 
@@ -97,16 +100,15 @@ fn assert_near(what: &str, got: &[f32], want: &[f32]) {
     }
 }
 
+/// Compares `flat`, laid out as the network's parameters.
 #[track_caller]
-fn assert_layers(what: &str, network: &Mlp, flat: &Tensor, want: &Copies) {
-    for (copy, want) in want.iter().enumerate() {
-        let got = network.layers_of(flat, copy);
-        assert_eq!(got.len(), want.len());
-        for (depth, (got, want)) in got.iter().zip(want).enumerate() {
-            let want = dense(want);
-            assert_near(&format!("{what} {copy}, weight {depth}"), &got.weight, &want.weight);
-            assert_near(&format!("{what} {copy}, bias {depth}"), &got.bias, &want.bias);
-        }
+fn assert_layers(what: &str, network: &Mlp, flat: &[f32], want: &[Layer]) {
+    let got = network.layers_of(flat);
+    assert_eq!(got.len(), want.len());
+    for (depth, (got, want)) in got.iter().zip(want).enumerate() {
+        let want = dense(want);
+        assert_near(&format!("{what}, weight {depth}"), &got.weight, &want.weight);
+        assert_near(&format!("{what}, bias {depth}"), &got.bias, &want.bias);
     }
 }
 
@@ -116,26 +118,23 @@ fn two_updates_come_out_as_pytorchs() {
     let mut agent = reference.agent();
 
     for (number, update) in (1..).zip(&reference.updates) {
-        let normals = update.normals.concat();
-        let rows = Tensor::from_slice(&update.batch.concat()).view([update.batch.len() as i64, -1]);
-        let target = agent.target(&rows, &agent.smoothing_noise(&normals));
-        let losses = agent.update_with(&update.batch.concat(), &normals, true).unwrap();
+        let losses = agent.update_with(&update.batch.concat(), &update.normals.concat());
 
-        let target: Vec<f32> = Vec::try_from(target.flatten(0, -1)).unwrap();
-        assert_near(&format!("update {number}, target"), &target, &update.target);
+        assert_near(&format!("update {number}, target"), &agent.memory.target, &update.target);
         assert_near(&format!("update {number}, critic loss"), &[losses.critic as f32], &[update.critic_loss]);
-        let critics = &agent.critics;
-        let what = format!("update {number}, gradient of critic");
-        assert_layers(&what, critics, &critics.gradients, &update.critic_gradients);
+        for (critic, want) in agent.critics.iter().zip(&update.critic_gradients) {
+            let what = format!("update {number}, gradient of a critic");
+            assert_layers(&what, critic, &critic.gradients, want);
+        }
         assert_eq!(losses.actor.is_some(), update.actor_loss.is_some());
         if let (Some(loss), Some(gradients)) = (update.actor_loss, &update.actor_gradients) {
             assert_near(&format!("update {number}, actor loss"), &[losses.actor.unwrap() as f32], &[loss]);
-            let what = format!("update {number}, gradient of actor");
-            assert_layers(&what, &agent.actor, &agent.actor.gradients, gradients);
+            let what = format!("update {number}, gradient of the actor");
+            assert_layers(&what, &agent.actor, &agent.actor.gradients, &gradients[0]);
         }
-        for (name, network) in networks(&mut agent) {
-            let what = format!("after update {number}, {name}");
-            assert_layers(&what, network, &network.parameters, &update.after[name]);
+        for (name, copy, network) in networks(&mut agent) {
+            let what = format!("after update {number}, {name} {copy}");
+            assert_layers(&what, network, &network.parameters, &update.after[name][copy]);
         }
     }
 }
@@ -144,11 +143,10 @@ fn two_updates_come_out_as_pytorchs() {
 #[test]
 fn the_reference_meets_ends_clipped_noise_and_both_critics() {
     let reference = Reference::read();
-    let agent = reference.agent();
+    let layout = reference.agent().layout;
 
     for update in &reference.updates {
-        let rows = Tensor::from_slice(&update.batch.concat()).view([update.batch.len() as i64, -1]);
-        let ended = columns(&rows, agent.layout.continuation(), 1).eq(0.0).sum(Kind::Int64).int64_value(&[]);
+        let ended = update.batch.iter().filter(|row| row[layout.continuation()] == 0.0).count();
         assert!((1..6).contains(&ended) && update.clipped_noise > 0);
     }
     let second_smaller: usize = reference.updates.iter().map(|u| u.second_critic_smaller).sum();

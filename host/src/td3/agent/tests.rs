@@ -1,4 +1,4 @@
-use super::super::networks::numbers;
+use super::super::policy::DenseLayer;
 use super::*;
 
 const LAYOUT: Layout = Layout { observation_len: 2, action_len: 1 };
@@ -21,34 +21,45 @@ fn rows() -> Vec<f32> {
     rows
 }
 
-fn batch() -> Tensor {
-    Tensor::from_slice(&rows()).view([4, LAYOUT.row_len() as i64])
+/// Weights of zero and an output of `value`: a constant.
+fn make_constant(network: &mut Mlp, value: f32) {
+    let mut layers = network.layers_of(&network.parameters);
+    for DenseLayer { weight, bias } in &mut layers {
+        weight.fill(0.0);
+        bias.fill(0.0);
+    }
+    layers.last_mut().unwrap().bias.fill(value);
+    network.set_layers(&layers);
 }
 
-/// Sets every weight to zero and the output biases to `values`: a constant.
-fn make_constant(network: &mut Mlp, values: &[f32]) {
-    let mut flat = vec![0.0; network.parameters.numel()];
-    // The output's biases are the last span, padded to 16 numbers.
-    let start = flat.len() - 16;
-    flat[start..start + values.len()].copy_from_slice(values);
-    network.load(&flat);
+/// The network's answer to one input.
+fn answer(network: &Mlp, input: &[f32]) -> f32 {
+    let mut activations = Activations::default();
+    network.forward(Matrix::dense(input, input.len()), &mut activations);
+    activations.output()[0]
 }
 
-fn flat(tensor: &Tensor) -> Vec<f32> {
-    numbers(&tensor.contiguous())
+/// The critics' targets for [`rows`] with noise made of these normal numbers.
+fn target(agent: &mut Agent, normals: [f32; 4]) -> Vec<f32> {
+    agent.aim(&rows(), &normals);
+    agent.memory.target.clone()
 }
 
 #[test]
 fn the_target_takes_the_smaller_critic_and_stops_at_an_end() {
-    let mut agent = agent();
-    make_constant(&mut agent.target_critics, &[5.0, 3.0]);
+    for values in [[5.0, 3.0], [3.0, 5.0]] {
+        let mut agent = agent();
+        for (critic, value) in agent.target_critics.iter_mut().zip(values) {
+            make_constant(critic, value);
+        }
 
-    let target = flat(&agent.target(&batch(), &Tensor::zeros([4, 1], (Kind::Float, tch::Device::Cpu))));
+        let target = target(&mut agent, [0.0; 4]);
 
-    // Reward + 0.99 · 3; the last row ended, its reward is all there is.
-    let expected = [1.0 + 2.97, 1.25 + 2.97, 1.5 + 2.97, 1.75];
-    for (got, want) in target.iter().zip(expected) {
-        assert!((got - want).abs() < 1e-5, "{target:?}");
+        // Reward + 0.99 · 3; the last row ended, its reward is all there is.
+        let expected = [1.0 + 2.97, 1.25 + 2.97, 1.5 + 2.97, 1.75];
+        for (got, want) in target.iter().zip(expected) {
+            assert!((got - want).abs() < 1e-5, "{target:?}");
+        }
     }
 }
 
@@ -56,21 +67,17 @@ fn the_target_takes_the_smaller_critic_and_stops_at_an_end() {
 fn the_target_judges_the_smoothed_action_inside_its_range() {
     let mut agent = agent();
     // The target actor says tanh(1.5) = 0.905 everywhere.
-    make_constant(&mut agent.target_actor, &[1.5]);
-    let noise = Tensor::from_slice(&[0.5_f32, -0.5, 0.0, 0.05]).view([4, 1]);
-    let next = columns(&batch(), LAYOUT.next_observation(), 2);
-    let judged = |actions: [f32; 4]| {
-        let actions = Tensor::from_slice(&actions).view([4, 1]);
-        let values = agent.target_critics.forward(&Tensor::cat(&[&next, &actions], 1));
-        flat(&values.output().amin([0_i64].as_slice(), false))
-    };
+    make_constant(&mut agent.target_actor, 1.5);
     let a = 1.5_f32.tanh();
 
-    let target = flat(&agent.target(&batch(), &noise));
+    // Noise is 0.2 of these, at most 0.5 either way.
+    let target = target(&mut agent, [2.0, -9.0, 0.0, 0.25]);
 
-    let values = judged([1.0, a - 0.5, a, a + 0.05]);
-    for row in 0..3 {
-        let want = 1.0 + row as f32 / 4.0 + 0.99 * values[row];
+    for (row, action) in [1.0, a - 0.5, a].into_iter().enumerate() {
+        let x = row as f32 / 4.0;
+        let judged = [x + 0.1, 0.3 - x, action];
+        let values = agent.target_critics.each_ref().map(|critic| answer(critic, &judged));
+        let want = 1.0 + x + 0.99 * values[0].min(values[1]);
         assert!((target[row] - want).abs() < 1e-5, "{target:?}");
     }
 }
@@ -79,9 +86,8 @@ fn the_target_judges_the_smoothed_action_inside_its_range() {
 fn smoothing_noise_has_the_asked_spread_and_limit() {
     let agent = agent();
     let mut rng = stream(1, Purpose::Smooth, 0);
-    let normals: Vec<f32> = (0..20_000).map(|_| rng.sample(StandardNormal)).collect();
 
-    let noise = flat(&agent.smoothing_noise(&normals));
+    let noise: Vec<f32> = (0..20_000).map(|_| agent.smoothing_noise(rng.sample(StandardNormal))).collect();
 
     let spread = (noise.iter().map(|n| n * n).sum::<f32>() / noise.len() as f32).sqrt();
     assert!((spread - 0.2).abs() < 0.005, "{spread}");
@@ -89,133 +95,148 @@ fn smoothing_noise_has_the_asked_spread_and_limit() {
     assert_eq!(largest, 0.5);
 }
 
+/// Every network's parameters and derivatives, but the critics'.
+fn all_but_the_critics(agent: &Agent) -> Vec<Mlp> {
+    let [target1, target2] = agent.target_critics.clone();
+    vec![agent.actor.clone(), agent.target_actor.clone(), target1, target2]
+}
+
 #[test]
 fn the_actor_and_the_targets_wait_for_every_second_update() {
     let mut agent = agent();
     let mut rng = stream(0, Purpose::Smooth, 0);
-    let actor = flat(&agent.actor.parameters);
-    let critics = flat(&agent.critics.parameters);
-    let target = flat(&agent.target_critics.parameters);
+    let (waiting, critics) = (all_but_the_critics(&agent), agent.critics.clone());
 
-    agent.update(&rows(), &mut rng, false);
+    let losses = agent.update(&rows(), &mut rng);
 
-    assert_eq!(flat(&agent.actor.parameters), actor);
-    assert_eq!(flat(&agent.target_critics.parameters), target);
-    assert_ne!(flat(&agent.critics.parameters), critics);
+    assert_eq!(all_but_the_critics(&agent), waiting);
+    assert_eq!(losses.actor, None);
+    assert!(agent.critics[0] != critics[0] && agent.critics[1] != critics[1]);
 
-    agent.update(&rows(), &mut rng, false);
+    let losses = agent.update(&rows(), &mut rng);
 
-    assert_ne!(flat(&agent.actor.parameters), actor);
-    assert_ne!(flat(&agent.target_critics.parameters), target);
+    for (after, before) in all_but_the_critics(&agent).iter().zip(&waiting) {
+        assert_ne!(after.parameters, before.parameters);
+    }
+    assert!(losses.actor.is_some());
 }
 
 #[test]
 fn an_actor_update_leaves_the_critics_and_their_derivatives_alone() {
     let mut agent = agent();
-    let _ = agent.critics.gradients.fill_(0.25);
-    let critics = flat(&agent.critics.parameters);
-    let actor = flat(&agent.actor.parameters);
+    for critic in &mut agent.critics {
+        critic.gradients.fill(0.25);
+    }
+    let (critics, actor) = (agent.critics.clone(), agent.actor.clone());
 
-    let _ = agent.update_actor(&batch());
+    agent.update_actor(&rows());
 
-    assert_eq!(flat(&agent.critics.parameters), critics);
-    assert!(flat(&agent.critics.gradients).iter().all(|&g| g == 0.25));
-    assert_ne!(flat(&agent.actor.parameters), actor);
+    assert_eq!(agent.critics, critics);
+    assert_ne!(agent.actor.parameters, actor.parameters);
 }
 
 #[test]
 fn targets_move_the_share_tau_of_the_way() {
     let mut agent = agent();
-    let _ = agent.critics.parameters.fill_(1.0);
-    let _ = agent.target_critics.parameters.fill_(0.0);
+    for (fast, slow) in agent.critics.iter_mut().zip(&mut agent.target_critics) {
+        fast.parameters.fill(1.0);
+        slow.parameters.fill(0.0);
+    }
+    agent.actor.parameters.fill(-1.0);
+    agent.target_actor.parameters.fill(0.0);
 
     agent.follow();
     agent.follow();
 
     // 1 - (1 - 0.005)²
-    for value in flat(&agent.target_critics.parameters) {
-        assert!((value - 0.009_975).abs() < 1e-7, "{value}");
+    for critic in &agent.target_critics {
+        assert!(critic.parameters.iter().all(|value| (value - 0.009_975).abs() < 1e-7));
     }
+    assert!(agent.target_actor.parameters.iter().all(|value| (value + 0.009_975).abs() < 1e-7));
 }
 
 #[test]
 fn the_critics_descend_the_squared_error() {
     let mut agent = agent();
-    let target = Tensor::from_slice(&[0.3_f32, -0.2, 1.0, 0.5]).view([4, 1]);
-    let values = agent.critics.forward(&columns(&batch(), 0, 3)).output().shallow_clone();
-    let error = flat(&(values - target.unsqueeze(0)));
+    let target = [0.3, -0.2, 1.0, 0.5];
+    agent.memory.target = target.to_vec();
+    let rows = rows();
+    let errors = agent.critics.each_ref().map(|critic| {
+        let error = |(row, target): (&[f32], f32)| answer(critic, &row[..3]) - target;
+        rows.chunks(LAYOUT.row_len()).zip(target).map(error).sum::<f32>()
+    });
 
-    agent.update_critics(&batch(), &target, false);
+    agent.update_critics(&rows);
 
-    // The derivative by an output's bias is the mean of 2 (q - target).
-    let gradients = flat(&agent.critics.gradients);
-    let biases = &gradients[gradients.len() - 16..];
-    for critic in 0..2 {
-        let want = error[critic * 4..][..4].iter().sum::<f32>() * 2.0 / 4.0;
-        assert!((biases[critic] - want).abs() < 1e-5, "{biases:?} {want}");
+    // The derivative by the output's bias is the mean of 2 (q - target).
+    for (critic, error) in agent.critics.iter().zip(errors) {
+        let bias = critic.layers_of(&critic.gradients).pop().unwrap().bias[0];
+        assert!((bias - error * 2.0 / 4.0).abs() < 1e-5, "{bias} {error}");
     }
 }
 
 #[test]
 fn the_actor_climbs_the_first_critic() {
     let mut agent = agent();
-    let bias = agent.actor.parameters.numel() - 16;
-    let value_with = |agent: &mut Agent, shift: f32| {
-        let before = flat(&agent.actor.parameters);
-        let mut shifted = before.clone();
-        shifted[bias] += shift;
-        agent.actor.load(&shifted);
-        let observation = columns(&batch(), 0, 2);
-        let action = act(&agent.actor.forward(&observation)).squeeze_dim(0);
-        let values = agent.critics.forward_first(&Tensor::cat(&[observation, action], 1));
-        agent.actor.load(&before);
-        values.output().mean(Kind::Double).double_value(&[])
+    let value_with = |agent: &Agent, shift: f32| {
+        let mut actor = agent.actor.clone();
+        let mut layers = actor.layers_of(&actor.parameters);
+        layers.last_mut().unwrap().bias[0] += shift;
+        actor.set_layers(&layers);
+        let value = |row: &[f32]| {
+            let action = answer(&actor, &row[..2]).tanh();
+            f64::from(answer(&agent.critics[0], &[row[0], row[1], action]))
+        };
+        rows().chunks(LAYOUT.row_len()).map(value).sum::<f64>() / 4.0
     };
-    let slope = (value_with(&mut agent, 0.01) - value_with(&mut agent, -0.01)) / 0.02;
+    let slope = (value_with(&agent, 0.01) - value_with(&agent, -0.01)) / 0.02;
     assert!(slope.abs() > 1e-4, "nothing to climb");
 
-    let _ = agent.update_actor(&batch());
+    agent.update_actor(&rows());
 
-    let downhill = f64::from(flat(&agent.actor.gradients)[bias]);
+    let downhill = f64::from(agent.actor.layers_of(&agent.actor.gradients).pop().unwrap().bias[0]);
     assert!((downhill + slope).abs() < 0.02 * slope.abs() + 1e-5, "{downhill} {slope}");
-}
-
-/// Each update moves what it is to move, and nothing else.
-#[test]
-fn a_critic_update_leaves_the_actor_and_every_target_alone() {
-    let mut agent = agent();
-    let names = ["actor", "target actor", "target critics"];
-    let untouched = |agent: &Agent| {
-        [&agent.actor, &agent.target_actor, &agent.target_critics]
-            .map(|n| (flat(&n.parameters), flat(&n.gradients)))
-    };
-    let (before, critics) = (untouched(&agent), flat(&agent.critics.parameters));
-
-    agent.update(&rows(), &mut stream(0, Purpose::Smooth, 0), false);
-
-    for ((name, before), after) in names.iter().zip(before).zip(untouched(&agent)) {
-        assert_eq!(before, after, "{name}");
-    }
-    assert_ne!(flat(&agent.critics.parameters), critics);
 }
 
 /// Neither critic sees the other's error, and the actor climbs the first alone.
 #[test]
 fn what_the_second_critic_says_changes_no_derivative_but_its_own() {
-    let target = Tensor::from_slice(&[0.3_f32, -0.2, 1.0, 0.5]).view([4, 1]);
     let derivatives = |change: f32| {
         let mut agent = agent();
-        let mut second = agent.critics.layers_of(&agent.critics.parameters, 1);
-        second[0].weight.iter_mut().for_each(|weight| *weight *= change);
-        agent.critics.set_layers(1, &second);
-        let _ = agent.update_actor(&batch());
-        agent.update_critics(&batch(), &target, false);
-        let of_critic = |copy| agent.critics.layers_of(&agent.critics.gradients, copy);
-        (flat(&agent.actor.gradients), of_critic(0), of_critic(1))
+        agent.memory.target = vec![0.3, -0.2, 1.0, 0.5];
+        agent.critics[1].parameters.iter_mut().for_each(|number| *number *= change);
+        agent.update_actor(&rows());
+        agent.update_critics(&rows());
+        let [first, second] = agent.critics;
+        (agent.actor.gradients, first.gradients, second.gradients)
     };
 
     let (as_it_was, changed) = (derivatives(1.0), derivatives(2.0));
 
     assert_eq!((&as_it_was.0, &as_it_was.1), (&changed.0, &changed.1));
     assert_ne!(as_it_was.2, changed.2);
+}
+
+/// A value that is no number must reach the losses, where the trainer looks for it.
+#[test]
+fn a_value_that_is_no_number_shows_in_the_losses() {
+    for copy in 0..2 {
+        let mut agent = agent();
+        agent.target_critics[copy].parameters[0] = f32::NAN;
+
+        let losses = agent.update(&rows(), &mut stream(0, Purpose::Smooth, 0));
+
+        assert!(!losses.is_finite(), "{copy}: {losses:?}");
+    }
+}
+
+/// The paper's networks: 27-8, 3 x 128.
+#[test]
+fn the_arithmetic_of_the_papers_update_is_107_million_operations() {
+    let layout = Layout { observation_len: 27, action_len: 8 };
+    let agent = Agent::new(&Td3Config::default(), layout, 0);
+
+    let count = agent.arithmetic_of_an_update(128);
+
+    assert!((106e6..108e6).contains(&count), "{count}");
 }
