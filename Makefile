@@ -3,6 +3,7 @@
 #   make setup   what plain cargo needs: packages, libtorch, the AVR toolchain, ravedude
 #   make demo    train, record, fit, start the virtual robot, upload, measure (SEED=1 for another gait)
 #   make test    every check that a change must pass
+#   make bench-peers   PyTorch's TD3 update against ours, in turns (downloads torch)
 #   make firmware / make clean
 
 SEED ?= 0
@@ -13,7 +14,7 @@ AMP ?= 2.2
 unexport CARGO_TARGET_DIR
 
 .DEFAULT_GOAL := help
-.PHONY: help setup deps demo test firmware clean
+.PHONY: help setup deps demo test bench-peers firmware clean
 
 help:
 	@sed -n 's/^#  *\(make.*\)/  \1/p' Makefile
@@ -36,6 +37,12 @@ demo: firmware
 
 test: deps
 	scripts/check
+
+bench-peers: deps
+	cargo build --locked --release -p host
+	test -x .deps/peers/bin/python || python3 -m venv .deps/peers
+	.deps/peers/bin/pip install --quiet torch numpy
+	.deps/peers/bin/python scripts/bench-peers.py target/release/host
 
 clean:
 	cargo clean

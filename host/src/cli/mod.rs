@@ -4,6 +4,8 @@
 #[macro_use]
 mod output;
 
+#[cfg(feature = "torch")]
+mod bench;
 mod calibrate;
 #[cfg(feature = "train")]
 mod demo;
@@ -69,6 +71,8 @@ enum Command {
     Gaits(gaits::Args),
     /// Hold the simulated robot to what a measured one did
     Twin(twin::Args),
+    #[cfg(feature = "torch")]
+    Bench(bench::Args),
     /// All of it, against the virtual robot
     #[cfg(feature = "train")]
     Demo(demo::Args),
@@ -145,6 +149,8 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Stop(args) => stop::run(args),
         Command::Gaits(args) => gaits::run(args),
         Command::Twin(args) => twin::run(args),
+        #[cfg(feature = "torch")]
+        Command::Bench(args) => bench::run(args),
         #[cfg(feature = "train")]
         Command::Demo(args) => demo::run(args),
     };

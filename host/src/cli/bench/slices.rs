@@ -1,0 +1,175 @@
+//! What is timed: short slices of each kind of work, to be taken in turns.
+//!
+//! Owns the work; refuses to know how often it is repeated and what is made of it.
+
+use super::BenchError;
+use super::plain::PlainTd3;
+use crate::env::Env;
+use crate::robot::Robot;
+use crate::sim::AntEnv;
+use crate::td3::agent::Agent;
+use crate::td3::config::{Learning, Schedule};
+use crate::td3::kernels::{Matrix, Target, multiply};
+use crate::td3::outcome::Event;
+use crate::td3::random::{Purpose, stream};
+use crate::td3::replay::{Layout, Replay};
+use crate::td3::run_config::RunConfig;
+use crate::td3::trainer::Run;
+use rand::Rng as _;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+use tch::{Device, Kind, Tensor};
+
+/// Sides of the square matrices whose product's rate counts: the faster one does.
+const SIDES: [usize; 2] = [512, 1024];
+/// Updates of the training slice; its evaluation is shortened to the same share.
+const TRAIN_UPDATES: u64 = 500;
+
+/// Control steps a second of `threads` walking Ants together; observation,
+/// reward and new episodes included.
+pub fn env_steps_per_s(config: &RunConfig, robot: &Robot, threads: u64, steps: u32) -> f64 {
+    let mut walkers: Vec<AntEnv> = (0..threads).map(|_| AntEnv::new(robot, config.env)).collect();
+    let began = Instant::now();
+    std::thread::scope(|scope| {
+        for (seed, env) in (0..).zip(&mut walkers) {
+            scope.spawn(move || walk(env, seed, steps));
+        }
+    });
+    f64::from(steps) * threads as f64 / began.elapsed().as_secs_f64()
+}
+
+/// A trot: diagonal legs together, 0.9 s a stride.
+fn walk(env: &mut AntEnv, seed: u64, steps: u32) {
+    let mut observation = vec![0.0; env.observation_len()];
+    env.reset(seed, &mut observation);
+    for step in 0..steps {
+        let phase = core::f32::consts::TAU * (step as f32 / 60.0) / 0.9;
+        let action: [f32; 8] = core::array::from_fn(|joint| {
+            let phase = phase + core::f32::consts::PI * (joint % 2) as f32;
+            if joint < 4 { 0.5 * phase.sin() } else { 0.4 * phase.cos() }
+        });
+        let outcome = env.step(&action, &mut observation);
+        if outcome.terminated || outcome.truncated {
+            env.reset(seed, &mut observation);
+        }
+    }
+}
+
+/// Both learners with the same experience of random numbers.
+pub struct Learners {
+    ours: Agent,
+    plain: PlainTd3,
+    replay: Replay,
+    batch_size: usize,
+    rounds: u64,
+}
+
+impl Learners {
+    pub fn new(config: &RunConfig, layout: Layout) -> Result<Self, BenchError> {
+        let mut rng = stream(config.seed, Purpose::Explore, 0);
+        let rows: Vec<f32> =
+            (0..config.td3.buffer_size * layout.row_len()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let mut replay = Replay::new(layout, config.td3.buffer_size);
+        replay.extend(&rows);
+        Ok(Self {
+            ours: Agent::new(&config.td3, layout, config.seed),
+            plain: PlainTd3::new(&config.td3, layout)?,
+            replay,
+            batch_size: config.td3.batch_size,
+            rounds: 0,
+        })
+    }
+
+    /// Operations of one update's matrix products.
+    pub fn arithmetic(&self) -> f64 {
+        self.ours.arithmetic_of_an_update(self.batch_size)
+    }
+
+    /// Updates a second, batches drawn: ours, and the same losses in plain tch.
+    pub fn updates_per_s(&mut self, updates: u32) -> (f64, f64) {
+        self.rounds += 1;
+        let mut sample = stream(1, Purpose::Sample, self.rounds);
+        let mut smooth = stream(1, Purpose::Smooth, self.rounds);
+        let mut batch = Vec::new();
+        let began = Instant::now();
+        for _ in 0..updates {
+            self.replay.sample(self.batch_size, &mut sample, &mut batch);
+            self.ours.update(&batch, &mut smooth);
+        }
+        let ours = f64::from(updates) / began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        for _ in 0..updates {
+            self.replay.sample(self.batch_size, &mut sample, &mut batch);
+            self.plain.update(&batch);
+        }
+        (ours, f64::from(updates) / began.elapsed().as_secs_f64())
+    }
+}
+
+/// Billion operations a second of the better of both libraries' matrix products, and libtorch's.
+pub fn gemm_gflops() -> (f64, f64) {
+    let mut best = (0.0_f64, 0.0_f64);
+    for side in SIDES {
+        let operations = 2.0 * (side as f64).powi(3);
+        let numbers = vec![0.5_f32; side * side];
+        let mut product = numbers.clone();
+        let (left, right) = (Matrix::dense(&numbers, side), Matrix::dense(&numbers, side));
+        let ours = rate(operations, || multiply(&mut product, left, right, Target::Replace));
+        let factor = Tensor::from_slice(&numbers).view([side as i64, side as i64]);
+        let out = Tensor::zeros([side as i64, side as i64], (Kind::Float, Device::Cpu));
+        let theirs = rate(operations, || {
+            let _ = factor.mm_out(&out, &factor);
+        });
+        best = (best.0.max(ours).max(theirs), best.1.max(theirs));
+    }
+    best
+}
+
+/// Billion operations a second, over a tenth of a second or more.
+fn rate(operations: f64, mut work: impl FnMut()) -> f64 {
+    work();
+    let (began, mut times) = (Instant::now(), 0.0);
+    while began.elapsed().as_secs_f64() < 0.1 {
+        work();
+        times += 1.0;
+    }
+    times * operations / began.elapsed().as_secs_f64() / 1e9
+}
+
+/// Control steps a second of a training run past its warm-up: gathering,
+/// learning, evaluation, checkpoint and policy included, in their shares.
+pub fn train_steps_per_s(config: &RunConfig, robot: &Robot) -> Result<f64, BenchError> {
+    let learning = shortened(config);
+    let folder = tempfile::tempdir().map_err(|source| BenchError::Folder { source })?;
+    let run = Run {
+        learning: &learning,
+        make_env: &|| -> Box<dyn Env> { Box::new(AntEnv::new(robot, config.env)) },
+        seed: config.seed,
+        folder: folder.path(),
+        stop: &AtomicBool::new(false),
+    };
+    let mut learning_began: Option<(Instant, u64)> = None;
+    let outcome = run.train(false, &mut |event| {
+        if let Event::Round { updates: 1.., env_steps } = event {
+            learning_began.get_or_insert_with(|| (Instant::now(), env_steps));
+        }
+    })?;
+    // The schedule has updates, so a first round of them was heard of.
+    let (began, before) = learning_began.unwrap_or((Instant::now(), 0));
+    Ok((outcome.env_steps - before) as f64 / began.elapsed().as_secs_f64())
+}
+
+/// One epoch of [`TRAIN_UPDATES`], its evaluation as large a share of it as in the whole run.
+fn shortened(config: &RunConfig) -> Learning {
+    let schedule = &config.schedule;
+    let share = TRAIN_UPDATES as f64 / schedule.updates_per_epoch as f64;
+    let mut learning = config.learning();
+    learning.schedule = Schedule {
+        epochs: 1,
+        updates_per_epoch: TRAIN_UPDATES,
+        warm_up_env_steps: 1_000,
+        evaluation_episodes: ((schedule.evaluation_episodes as f64 * share).round() as usize).max(1),
+        ..schedule.clone()
+    };
+    learning
+}
