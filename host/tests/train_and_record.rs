@@ -133,6 +133,89 @@ fn ctrl_c_saves_says_how_to_go_on_and_exits_130() {
     host(folder.path()).args(["train", "--resume", "run"]).assert().success();
 }
 
+/// Side by side, and yet each seed's run is what it is alone.
+#[test]
+fn seeds_side_by_side_end_as_each_alone_and_the_best_is_taken_over() {
+    let folder = folder_with(TINY);
+    let train =
+        |args: &[&str]| host(folder.path()).args(["train", "--config", "tiny.toml"]).args(args).assert();
+    let read = |path: &str| std::fs::read(folder.path().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+    train(&["--seed", "4", "--out", "alone"]).success();
+
+    let output = train(&["--seeds", "3..5", "--jobs", "2", "--out", "both", "--json"]).success();
+
+    // 100 random steps are 2 rounds, 80 updates are 8 more.
+    let last = |run: &str| read(&format!("{run}/{}/round-10.safetensors", checkpoint::FOLDER));
+    assert_eq!(last("both/seed-4"), last("alone"));
+    assert_eq!(read("both/seed-4/policy.safetensors"), read("alone/policy.safetensors"));
+    let result = json(&output.get_output().stdout);
+    let rewards: Vec<f64> =
+        result["seeds"].as_array().unwrap().iter().map(|seed| seed["reward"].as_f64().unwrap()).collect();
+    let best = if rewards[0] >= rewards[1] { 3 } else { 4 };
+    assert_eq!(result["seed"], best);
+    for file in [run_folder::CONFIG, run_folder::ROBOT, run_folder::POLICY, run_folder::LEARNING_CURVE] {
+        assert_eq!(read(&format!("both/{file}")), read(&format!("both/seed-{best}/{file}")), "{file}");
+    }
+    let csv = String::from_utf8(read("both/seeds.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 3, "{csv}");
+    let latest = folder.path().join(run_folder::LATEST).canonicalize().unwrap();
+    assert_eq!(latest, folder.path().join("both").canonicalize().unwrap());
+    assert!(read("both/seed-3/events.out.tfevents.psto").len() > 100);
+}
+
+/// One seed was done and the other had not begun when the power failed.
+#[test]
+fn seeds_go_on_where_they_were() {
+    let folder = folder_with(TINY);
+    let train = |args: &[&str]| host(folder.path()).arg("train").args(args).assert().success();
+    let policy = || std::fs::read(folder.path().join("both/seed-1/policy.safetensors")).unwrap();
+    train(&["--config", "tiny.toml", "--seeds", "0..2", "--out", "both"]);
+    let whole = policy();
+    std::fs::remove_dir_all(folder.path().join("both/seed-1").join(checkpoint::FOLDER)).unwrap();
+    std::fs::remove_file(folder.path().join("both/seed-1/policy.safetensors")).unwrap();
+
+    train(&["--resume", "both"]);
+
+    assert_eq!(policy(), whole);
+}
+
+/// The other seeds are none the worse for one that goes wrong.
+#[test]
+fn a_seed_that_diverges_is_named_and_only_if_all_do_is_there_no_best() {
+    let folder = folder_with(TINY);
+    host(folder.path())
+        .args(["train", "--config", "tiny.toml", "--seeds", "0..2", "--out", "both"])
+        .assert()
+        .success();
+    let make_diverge = |seed: &str| {
+        let run = folder.path().join("both").join(seed);
+        // Wide critics in steps of 1: beyond every bound after an update or two.
+        let steep = TINY
+            .replace("hidden_layers = 1", "hidden_layers = 4\ncritic_learning_rate = 1.0")
+            .replace("hidden_width = 16", "hidden_width = 512")
+            .replace("round_updates = 10", "round_updates = 1");
+        std::fs::remove_dir_all(run.join(checkpoint::FOLDER)).unwrap();
+        std::fs::write(run.join(run_folder::CONFIG), steep).unwrap();
+    };
+    let resume = |code: i32| {
+        let output = host(folder.path()).args(["train", "--resume", "both", "--json"]).assert().code(code);
+        let output = output.get_output().clone();
+        (output.stdout, String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+
+    make_diverge("seed-1");
+    let (stdout, stderr) = resume(0);
+
+    assert!(stderr.contains("seed 1: learning diverged"), "{stderr}");
+    assert_eq!(json(&stdout)["seeds"][0]["ending"], "done");
+    assert_eq!(json(&stdout)["seeds"][1]["ending"], "diverged");
+
+    make_diverge("seed-0");
+    let (stdout, stderr) = resume(1);
+
+    assert!(stdout.is_empty() && stderr.contains("learning diverged"), "{stderr}");
+}
+
 #[test]
 fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
     let folder = folder_with("[td3]\nbatchsize = 3\n");
@@ -145,6 +228,8 @@ fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
     fails(&["train", "--config", "tiny.toml"], 3, "batchsize");
     fails(&["train", "--config", "none.toml"], 3, "none.toml");
     fails(&["train", "--robot", "none.toml"], 3, "none.toml");
+    fails(&["train", "--seeds", "4..4"], 2, "1 to 1000 seeds");
+    fails(&["train", "--seeds", "0..2", "--seed", "1"], 2, "--seed");
     fails(&["train", "--leg", "7"], 2, "7 is no leg scale");
     fails(&["train", "--resume", "nowhere"], 3, "nowhere");
     fails(&["train", "--resume", "nowhere", "--seed", "1"], 2, "--seed");

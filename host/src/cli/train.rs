@@ -1,17 +1,22 @@
 //! `train`: a run folder with the best policy, its learning curve and a checkpoint.
 
+mod range;
+mod seeds;
+mod show;
+
 use super::explain::path_text;
 use super::{Cause, Failure};
 use crate::env::Env;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
-use crate::td3::outcome::{Ending, Event, Outcome, TrainError};
+use crate::td3::outcome::{Ending, Outcome, TrainError};
 use crate::td3::preset::Preset;
 use crate::td3::run_config::{ConfigError, LegScale, RunConfig};
 use crate::td3::trainer::Run;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use miette::Diagnostic;
+use range::{SEEDS, SeedRange};
+use show::{progress_bar, say, show};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,6 +39,15 @@ pub struct Args {
     /// Another seed gives another gait [default: the configuration's, 0]
     #[arg(long, value_name = "N", conflicts_with = "resume", value_parser = super::seed())]
     seed: Option<u64>,
+
+    /// Train these side by side and keep the best policy by episodes that none of them has
+    /// seen: 0..10 are ten seeds, 0 to 9
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["seed", "resume"])]
+    seeds: Option<SeedRange>,
+
+    /// Seeds to train at a time [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    jobs: Option<u32>,
 
     /// The run's folder; it must not hold a run yet [default: a new one in runs]
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
@@ -69,6 +83,8 @@ enum TrainCliError {
     Robot(#[from] crate::robot::RobotError),
     #[error("cannot prepare the run's folder")]
     Folder(#[from] FileError),
+    #[error(transparent)]
+    Seeds(#[from] seeds::SeedsError),
     #[error("training stopped")]
     #[diagnostic(help(
         "the best policy so far, if there is one, is in {folder}; if learning diverged, try another --seed or smaller learning rates in a --config"
@@ -87,6 +103,7 @@ impl From<TrainCliError> for Failure {
                 Cause::Input
             }
             TrainCliError::Interrupted { .. } => Cause::Interrupted,
+            TrainCliError::Seeds(error) => error.cause(),
             TrainCliError::Folder(_) | TrainCliError::Train { .. } | TrainCliError::Signals(_) => {
                 Cause::Machine
             }
@@ -100,23 +117,43 @@ pub fn run(args: Args) -> Result<(), Failure> {
 }
 
 fn train(args: Args) -> Result<(), TrainCliError> {
-    let resuming = args.resume.is_some();
-    let (config, robot, folder) = match &args.resume {
-        Some(folder) => {
-            let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
-            (config, Robot::of_trained_run(folder)?, folder.clone())
-        }
-        None => prepare(&args)?,
-    };
     let stop = Arc::new(AtomicBool::new(false));
+    let jobs = args.jobs.map_or_else(cores, |jobs| jobs as usize);
+    if let Some(folder) = &args.resume {
+        stop_on_ctrl_c(&stop)?;
+        return match SeedRange::of(folder).map_err(seeds::SeedsError::from)? {
+            Some(seeds) => seeds::train(folder, seeds, jobs, &stop, args.json),
+            None => train_one(folder, true, &stop, args.json),
+        };
+    }
+    let (config, robot) = prepare(&args)?;
+    let folder = prepare_folder(&args, &config)?;
     stop_on_ctrl_c(&stop)?;
+    match args.seeds {
+        Some(seeds) => {
+            seeds::prepare(seeds, &folder, &config, &robot)?;
+            seeds::train(&folder, seeds, jobs, &stop, args.json)
+        }
+        None => {
+            write_inputs(&folder, &config, &robot)?;
+            train_one(&folder, false, &stop, args.json)
+        }
+    }
+}
 
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Trains the run whose configuration and robot are in `folder`.
+fn train_one(folder: &Path, resuming: bool, stop: &AtomicBool, json: bool) -> Result<(), TrainCliError> {
+    let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
+    let robot = Robot::of_trained_run(folder)?;
     let make_env = || -> Box<dyn Env> { Box::new(AntEnv::new(&robot, config.env)) };
     let learning = config.learning();
-    let run =
-        Run { learning: &learning, make_env: &make_env, seed: config.seed, folder: &folder, stop: &stop };
-    let bar = progress_bar(learning.schedule.total_updates());
+    let run = Run { learning: &learning, make_env: &make_env, seed: config.seed, folder, stop };
     let updates = learning.schedule.total_updates();
+    let bar = progress_bar("", updates);
     say(&bar, &format!("Training in {} (seed {}), {updates} updates.", folder.display(), config.seed));
     say(&bar, "Ctrl-C saves and stops.");
     let mut known = false;
@@ -125,7 +162,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
         // From the first saved policy on, this is the run that the other commands take.
         if !known {
             known = true;
-            if let Err(error) = run_folder::make_latest(&folder) {
+            if let Err(error) = run_folder::make_latest(folder) {
                 say(&bar, &format!("warning: {error}: name the run with --run in the next steps"));
             }
         }
@@ -133,7 +170,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     bar.finish_and_clear();
     let outcome =
         outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })?;
-    report(&outcome, &config, &folder, args.json);
+    report(&outcome, &config, folder, json);
     match outcome.ending {
         Ending::Done => Ok(()),
         Ending::Stopped => {
@@ -142,8 +179,8 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     }
 }
 
-/// Resolves flags into a configuration, a robot and a folder that has both as files.
-fn prepare(args: &Args) -> Result<(RunConfig, Robot, PathBuf), TrainCliError> {
+/// Resolves flags into a configuration and a robot.
+fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
     let mut config = match (&args.config, args.preset) {
         (Some(path), _) => RunConfig::load(path)?,
         (None, preset) => RunConfig::preset(preset)?,
@@ -160,19 +197,27 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot, PathBuf), TrainCliError> {
         Some(path) => Robot::load(path)?,
         None => Robot::ant(config.leg_scale.0)?,
     };
-    let folder = match &args.out {
-        Some(folder) => {
-            if folder.join(run_folder::CONFIG).exists() {
-                return Err(TrainCliError::Taken { folder: folder.display().to_string() });
-            }
-            std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
-            folder.clone()
-        }
-        None => run_folder::create(&format!("leg{}-seed{}", config.leg_scale.0, config.seed))?,
+    Ok((config, robot))
+}
+
+/// The folder that was asked for, if it is free, or a new one.
+fn prepare_folder(args: &Args, config: &RunConfig) -> Result<PathBuf, TrainCliError> {
+    let Some(folder) = &args.out else {
+        let seeds = args.seeds.map_or(format!("seed{}", config.seed), |seeds| seeds.label());
+        return Ok(run_folder::create(&format!("leg{}-{seeds}", config.leg_scale.0))?);
     };
+    if folder.join(run_folder::CONFIG).exists() || folder.join(SEEDS).exists() {
+        return Err(TrainCliError::Taken { folder: folder.display().to_string() });
+    }
+    std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
+    Ok(folder.clone())
+}
+
+/// Puts into a run's folder what decides its result.
+fn write_inputs(folder: &Path, config: &RunConfig, robot: &Robot) -> Result<(), TrainCliError> {
     config.save(&folder.join(run_folder::CONFIG))?;
     robot.save(&folder.join(run_folder::ROBOT))?;
-    Ok((config, robot, folder))
+    Ok(())
 }
 
 /// The first Ctrl-C asks, the second ends the program on the spot.
@@ -184,52 +229,6 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
         }
         eprintln!("\nSaving; Ctrl-C again stops at once.");
     })
-}
-
-fn progress_bar(total_updates: u64) -> ProgressBar {
-    let style = "{bar:20} {pos}/{len} updates, {rate}, done in {eta}  {wide_msg}";
-    let bar = ProgressBar::new(total_updates);
-    // The template is a constant: if it were wrong, indicatif's own would do.
-    let style = ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar());
-    // indicatif's own rate has four decimals.
-    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-        let _ = write!(out, "{:.0}/s", state.per_sec());
-    };
-    bar.set_style(style.with_key("rate", rate));
-    bar
-}
-
-/// A line above the bar, or alone where standard error is no terminal.
-fn say(bar: &ProgressBar, line: &str) {
-    if bar.is_hidden() {
-        eprintln!("{line}");
-    } else {
-        bar.println(line);
-    }
-}
-
-fn show(bar: &ProgressBar, event: &Event) {
-    match event {
-        Event::Resumed { updates } => {
-            bar.set_position(*updates);
-            bar.reset_eta();
-        }
-        Event::Round { updates, .. } => bar.set_position(*updates),
-        Event::Evaluated { point, best } => {
-            // Plus zero: a robot that stands still does not do so at -0.00 m/s.
-            let speed_m_s = (point.speed_m_s * 100.0).round() / 100.0 + 0.0;
-            bar.set_message(format!("reward {:.1}, {speed_m_s:.2} m/s", point.reward));
-            let line = format!(
-                "{:>7} updates {:>9} steps {:>6.0} s  reward {:>8.1}  {speed_m_s:>6.2} m/s{}",
-                point.updates,
-                point.env_steps,
-                point.wall_s,
-                point.reward,
-                if *best { "  best yet" } else { "" }
-            );
-            say(bar, &line);
-        }
-    }
 }
 
 fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {

@@ -147,6 +147,11 @@ fn numbers(agent: &mut Agent) -> [(&'static str, &mut Vec<f32>); 12] {
     ]
 }
 
+/// Whether a run has one.
+pub fn exists(run: &Path) -> bool {
+    run.join(FOLDER).join(STATE).exists()
+}
+
 /// Saves a run into its folder.
 ///
 /// # Errors

@@ -22,9 +22,14 @@ struct Sums {
     steps: f64,
 }
 
-/// Plays `episodes` episodes, shared out over the processor's cores; the answer
+/// Plays `episodes` episodes of that seed and purpose, shared out over the processor's cores; the answer
 /// does not depend on how many there are.
-pub fn evaluate(policy: &Policy, make_env: MakeEnv<'_>, seed: u64, episodes: usize) -> Evaluation {
+pub fn evaluate(
+    policy: &Policy,
+    make_env: MakeEnv<'_>,
+    (seed, purpose): (u64, Purpose),
+    episodes: usize,
+) -> Evaluation {
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(episodes).max(1);
     let mut sums = vec![Sums::default(); episodes];
     let share = episodes.div_ceil(workers);
@@ -35,11 +40,7 @@ pub fn evaluate(policy: &Policy, make_env: MakeEnv<'_>, seed: u64, episodes: usi
                 let mut env = make_env();
                 for (index, sums) in sums.iter_mut().enumerate() {
                     let number = (worker * share + index) as u64;
-                    *sums = play(
-                        &mut policy,
-                        env.as_mut(),
-                        episode_seed(seed, Purpose::EvaluationEpisode, number),
-                    );
+                    *sums = play(&mut policy, env.as_mut(), episode_seed(seed, purpose, number));
                 }
             });
         }

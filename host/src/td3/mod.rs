@@ -28,6 +28,7 @@ pub mod collect;
 pub mod config;
 pub mod curve;
 pub mod evaluate;
+pub mod events;
 pub mod kernels;
 pub mod networks;
 pub mod outcome;

@@ -26,6 +26,8 @@ pub enum Purpose {
     EvaluationEpisode = 5,
     /// Seeds of recorded trials.
     RecordedTrial = 6,
+    /// Seeds of the episodes that choose among runs.
+    CompareEpisode = 7,
 }
 
 /// The generator of one purpose in one round (or of one episode, or trial).

@@ -12,6 +12,7 @@ use super::collect::{Collector, CollectorState, Order};
 use super::config::Learning;
 use super::curve::{CurvePoint, to_csv};
 use super::evaluate::evaluate;
+use super::events::EventFile;
 use super::outcome::{Ending, Event, Outcome, TrainError};
 use super::random::{Purpose, stream};
 use super::replay::{Layout, Replay};
@@ -43,6 +44,7 @@ struct State {
     agent: Agent,
     replay: Replay,
     progress: Progress,
+    events: EventFile,
 }
 
 impl Run<'_> {
@@ -60,12 +62,14 @@ impl Run<'_> {
         let mut state = if resume {
             let saved = checkpoint::load(self.folder, config, layout, envs)?;
             restored = Some(saved.collector);
-            State { agent: saved.agent, replay: saved.replay, progress: saved.progress }
+            let events = EventFile::create(self.folder, &saved.progress.curve, saved.progress.wall_s)?;
+            State { agent: saved.agent, replay: saved.replay, progress: saved.progress, events }
         } else {
             State {
                 agent: Agent::new(config, layout, self.seed),
                 replay: Replay::new(layout, config.buffer_size),
                 progress: Progress::default(),
+                events: EventFile::create(self.folder, &[], 0.0)?,
             }
         };
         std::thread::scope(|scope| {
@@ -190,8 +194,8 @@ impl Run<'_> {
     /// Evaluates, writes the learning curve, and the policy if it is the best yet.
     fn judge(&self, state: &mut State, on_event: &mut dyn FnMut(Event)) -> Result<(), TrainError> {
         let policy = state.agent.actor.policy();
-        let evaluation =
-            evaluate(&policy, self.make_env, self.seed, self.learning.schedule.evaluation_episodes);
+        let episodes = self.learning.schedule.evaluation_episodes;
+        let evaluation = evaluate(&policy, self.make_env, (self.seed, Purpose::EvaluationEpisode), episodes);
         let progress = &mut state.progress;
         let point = CurvePoint {
             env_steps: progress.env_steps,
@@ -212,6 +216,7 @@ impl Run<'_> {
             self.describe(&point)?;
         }
         run_folder::write(&self.folder.join(run_folder::LEARNING_CURVE), to_csv(&progress.curve).as_bytes())?;
+        state.events.append(&point)?;
         on_event(Event::Evaluated { point, best });
         Ok(())
     }
