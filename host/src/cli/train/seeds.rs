@@ -31,6 +31,8 @@ use thiserror::Error;
 
 /// What each came to.
 const RESULTS: &str = "seeds.csv";
+/// Episodes that choose among the seeds, the paper's "test number".
+const COMPARED_EPISODES: usize = 50;
 /// The files of the best seed that the folder takes over.
 const OF_THE_BEST: [&str; 5] = [
     run_folder::CONFIG,
@@ -205,8 +207,7 @@ fn compare(folder: &Path, ended: Vec<(u64, Option<Outcome>)>) -> Result<Vec<Cand
         let robot = Robot::of_trained_run(&run)?;
         let policy = Policy::load(&run.join(run_folder::POLICY)).map_err(SeedsError::Policy)?;
         let make_env = || -> Box<dyn Env> { Box::new(AntEnv::new(&robot, config.env)) };
-        let episodes = config.schedule.evaluation_episodes;
-        let evaluation = evaluate(&policy, &make_env, (0, Purpose::CompareEpisode), episodes);
+        let evaluation = evaluate(&policy, &make_env, (0, Purpose::CompareEpisode), COMPARED_EPISODES);
         candidates.push(Candidate { seed, outcome, evaluation });
     }
     Ok(candidates)

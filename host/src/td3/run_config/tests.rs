@@ -51,7 +51,10 @@ fn walk_keeps_the_papers_learner_and_budget_but_charges_true_power() {
     let (paper, walk) = (RunConfig::preset(Preset::Paper).unwrap(), RunConfig::preset(Preset::Walk).unwrap());
 
     assert_eq!(walk.td3, Td3Config { exploration_correlation: 0.95, ..paper.td3 });
-    assert_eq!(walk.schedule, Schedule { round_updates: 25, warm_up_env_steps: 20_000, ..paper.schedule });
+    assert_eq!(
+        walk.schedule,
+        Schedule { round_updates: 25, warm_up_env_steps: 20_000, evaluation_episodes: 20, ..paper.schedule }
+    );
     assert_eq!(walk.env.reward.electricity_form, Electricity::ServoPower);
 }
 
