@@ -5,7 +5,7 @@
 //! one last, so that whenever the power fails a whole checkpoint stands there.
 
 use super::agent::{Agent, Losses};
-use super::collect::{CollectorState, Episode};
+use super::collect::{Episode, MOST_ENVS};
 use super::config::Td3Config;
 use super::curve::CurvePoint;
 use super::replay::{Layout, Replay};
@@ -20,8 +20,8 @@ pub const FOLDER: &str = "checkpoint";
 const STATE: &str = "state.json";
 /// Raised whenever an older checkpoint cannot be read any more.
 const VERSION: u32 = 2;
-/// `random::stream` has room for as many rounds.
-const MAX_COUNT: u64 = 1 << 56;
+/// `random::stream` has room for as many rounds, each with a stream for every environment.
+const MAX_COUNT: u64 = (1 << 56) / MOST_ENVS;
 
 /// Why a run cannot be resumed or saved.
 #[derive(Debug, Error)]
@@ -91,8 +91,6 @@ pub struct State {
     actor_adam_steps: u64,
     critics_adam_steps: u64,
     replay_next: usize,
-    next_episode: u64,
-    turn: usize,
     episodes: Vec<u64>,
 }
 
@@ -120,8 +118,8 @@ pub struct Restored {
     pub agent: Agent,
     /// Experience.
     pub replay: Replay,
-    /// The environments.
-    pub collector: CollectorState,
+    /// The environments' episodes.
+    pub episodes: Vec<Episode>,
     /// The rest.
     pub progress: Progress,
 }
@@ -160,7 +158,7 @@ pub fn save(
     run: &Path,
     agent: &mut Agent,
     replay: &Replay,
-    collector: CollectorState,
+    episodes: Vec<Episode>,
     progress: &Progress,
 ) -> Result<(), CheckpointError> {
     let folder = run.join(FOLDER);
@@ -178,16 +176,14 @@ pub fn save(
         actor_adam_steps: agent.actor_adam.steps,
         critics_adam_steps: agent.critics_adam[0].steps,
         replay_next: replay.next(),
-        next_episode: collector.next_episode,
-        turn: collector.turn,
-        episodes: collector.episodes.iter().map(|episode| episode.number).collect(),
+        episodes: episodes.iter().map(|episode| episode.number).collect(),
     };
     let mut file = TensorFile::new(&folder.join(&state.tensors));
     for (name, values) in numbers(agent) {
         file.put(name, &[values.len()], values.clone());
     }
     file.put("replay", &[replay.rows().len()], replay.rows().to_vec());
-    for (slot, episode) in collector.episodes.into_iter().enumerate() {
+    for (slot, episode) in episodes.into_iter().enumerate() {
         file.put(actions_name(slot), &[episode.actions.len()], episode.actions);
     }
     file.save()?;
@@ -234,7 +230,6 @@ pub fn load(
         ("round", state.round),
         ("env_steps", state.env_steps),
         ("updates", state.updates),
-        ("next_episode", state.next_episode),
         ("actor_adam_steps", state.actor_adam_steps),
         ("critics_adam_steps", state.critics_adam_steps),
     ];
@@ -244,7 +239,7 @@ pub fn load(
     if state.best >= state.curve.len() {
         return Err(contradiction("best"));
     }
-    if state.episodes.len() != envs || state.turn >= envs {
+    if state.episodes.len() != envs || state.episodes.iter().any(|number| *number > MAX_COUNT) {
         return Err(contradiction("episodes"));
     }
     if Path::new(&state.tensors).components().count() != 1 {
@@ -278,7 +273,7 @@ pub fn load(
     Ok(Restored {
         agent,
         replay,
-        collector: CollectorState { episodes, next_episode: state.next_episode, turn: state.turn },
+        episodes,
         progress: Progress {
             round: state.round,
             env_steps: state.env_steps,

@@ -3,6 +3,9 @@
 //! Owns the training environments and their episodes. Hand-over happens at
 //! fixed points: round `r` is gathered with the weights of the end of round
 //! `r - 1`, however long either side takes, so that a seed has one result.
+//! Within a round every environment is a piece of work of its own, with random
+//! numbers of its own, so that whoever has time takes the next one: the
+//! learner too, once its updates are done.
 //!
 //! An environment cannot be saved. A checkpoint keeps the episode's number and
 //! the actions since its start instead; taking them again leads to the same state.
@@ -15,7 +18,12 @@ use crate::env::Env;
 use rand::Rng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
+
+/// Environments that a run can have: each round has as many streams of random numbers.
+pub const MOST_ENVS: u64 = 1_024;
 
 /// Why gathering stopped.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -35,7 +43,7 @@ pub enum CollectError {
 /// An episode under way, as a checkpoint keeps it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Episode {
-    /// Which, counted over all environments.
+    /// Which: environment `i` of `n` plays `i`, `i + n`, `i + 2 n` ...
     pub number: u64,
     /// Every action since its start, one after another.
     pub actions: Vec<f32>,
@@ -46,6 +54,8 @@ pub struct Episode {
 pub struct Order {
     /// Names the random numbers.
     pub round: u64,
+    /// Control steps gathered before, over all environments together: they take turns.
+    pub before: u64,
     /// Control steps, over all environments together.
     pub env_steps: u64,
     /// Who acts; nobody means uniformly random actions.
@@ -54,6 +64,34 @@ pub struct Order {
     pub noise: f32,
     /// Share of the noise that a step hands on to the next of the same episode.
     pub correlation: f32,
+}
+
+/// A round under way: who has time takes the next environment.
+#[derive(Debug)]
+pub struct Round {
+    order: Order,
+    /// The environment that nobody has taken yet.
+    next: AtomicUsize,
+    /// What each environment brought, by its number.
+    gathered: Mutex<Vec<(usize, Result<Vec<f32>, CollectError>)>>,
+}
+
+impl Round {
+    /// A round that nobody has begun.
+    pub fn new(order: Order) -> Self {
+        Self { order, next: AtomicUsize::new(0), gathered: Mutex::new(Vec::new()) }
+    }
+
+    /// What was gathered, in the environments' order; whole once all of [`Collector::help`] returned.
+    ///
+    /// # Errors
+    /// [`CollectError`] of the first environment that met one.
+    pub fn rows(&self) -> Result<Vec<f32>, CollectError> {
+        let mut gathered = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
+        gathered.sort_by_key(|(slot, _)| *slot);
+        let rows: Result<Vec<Vec<f32>>, _> = gathered.drain(..).map(|(_, rows)| rows).collect();
+        Ok(rows?.concat())
+    }
 }
 
 /// One environment and its episode.
@@ -67,40 +105,19 @@ struct Slot {
 pub struct Collector {
     layout: Layout,
     seed: u64,
-    slots: Vec<Slot>,
-    /// Number of the next episode to start.
-    next_episode: u64,
-    /// Whose turn it is.
-    turn: usize,
-}
-
-/// Where the collector stands between two rounds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CollectorState {
-    /// One an environment.
-    pub episodes: Vec<Episode>,
-    /// Number of the next episode to start.
-    pub next_episode: u64,
-    /// Whose turn it is.
-    pub turn: usize,
+    /// Locked by whoever plays; no two take the same in a round.
+    slots: Vec<Mutex<Slot>>,
 }
 
 impl Collector {
     /// `count` environments at the start of their first episodes.
     pub fn new(make_env: MakeEnv<'_>, layout: Layout, seed: u64, count: usize) -> Self {
-        let mut collector = Self { layout, seed, slots: Vec::new(), next_episode: 0, turn: 0 };
-        for _ in 0..count {
-            let observation = vec![0.0; layout.observation_len];
-            let episode = Episode { number: 0, actions: Vec::new() };
-            collector.slots.push(Slot { env: make_env(), observation, episode });
-            collector.start_episode(collector.slots.len() - 1);
-        }
-        collector
+        let first = |number: usize| Episode { number: number as u64, actions: Vec::new() };
+        Self::restore(make_env, layout, seed, (0..count).map(first).collect())
     }
 
     /// Environments in the states that they had, by taking every action again.
-    pub fn restore(make_env: MakeEnv<'_>, layout: Layout, seed: u64, state: CollectorState) -> Self {
-        let CollectorState { episodes, next_episode, turn } = state;
+    pub fn restore(make_env: MakeEnv<'_>, layout: Layout, seed: u64, episodes: Vec<Episode>) -> Self {
         let slots = episodes.into_iter().map(|episode| {
             let mut env = make_env();
             let mut observation = vec![0.0; layout.observation_len];
@@ -108,46 +125,53 @@ impl Collector {
             for action in episode.actions.chunks_exact(layout.action_len) {
                 env.step(action, &mut observation);
             }
-            Slot { env, observation, episode }
+            Mutex::new(Slot { env, observation, episode })
         });
-        Self { layout, seed, slots: slots.collect(), next_episode, turn }
+        Self { layout, seed, slots: slots.collect() }
     }
 
-    /// What [`Self::restore`] needs.
-    pub fn state(&self) -> CollectorState {
-        CollectorState {
-            episodes: self.slots.iter().map(|slot| slot.episode.clone()).collect(),
-            next_episode: self.next_episode,
-            turn: self.turn,
+    /// What [`Self::restore`] needs, between two rounds.
+    pub fn episodes(&self) -> Vec<Episode> {
+        let episode =
+            |slot: &Mutex<Slot>| slot.lock().unwrap_or_else(PoisonError::into_inner).episode.clone();
+        self.slots.iter().map(episode).collect()
+    }
+
+    /// Plays environments of the round until none is left to take.
+    pub fn help(&self, round: &Round) {
+        let mut policy = None;
+        loop {
+            let taken = round.next.fetch_add(1, Ordering::Relaxed);
+            let Some(slot) = self.slots.get(taken) else { return };
+            let policy = policy.get_or_insert_with(|| round.order.policy.clone());
+            // Poisoned only by a panic in the task, which ends the run.
+            let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
+            let rows = self.play(&mut slot, taken, &round.order, policy.as_mut());
+            round.gathered.lock().unwrap_or_else(PoisonError::into_inner).push((taken, rows));
         }
     }
 
-    fn start_episode(&mut self, slot: usize) {
-        let slot = &mut self.slots[slot];
-        slot.episode.number = self.next_episode;
-        slot.episode.actions.clear();
-        self.next_episode += 1;
-        let seed = episode_seed(self.seed, Purpose::TrainingEpisode, slot.episode.number);
-        slot.env.reset(seed, &mut slot.observation);
-    }
-
-    /// One round's transitions, as replay rows.
-    ///
-    /// # Errors
-    /// [`CollectError::NotFinite`] if the task's numbers blow up.
-    pub fn gather(&mut self, mut order: Order) -> Result<Vec<f32>, CollectError> {
+    /// One environment's share of a round, as replay rows.
+    fn play(
+        &self,
+        slot: &mut Slot,
+        number: usize,
+        order: &Order,
+        mut policy: Option<&mut Policy>,
+    ) -> Result<Vec<f32>, CollectError> {
         let layout = self.layout;
-        let mut rng = stream(self.seed, Purpose::Explore, order.round);
-        let mut rows = Vec::with_capacity(order.env_steps as usize * layout.row_len());
+        let envs = self.slots.len() as u64;
+        // Of the steps from `before` on, those that are this environment's turn.
+        let turns_until = |steps: u64| (steps + envs - 1 - number as u64) / envs;
+        let steps = turns_until(order.before + order.env_steps) - turns_until(order.before);
+        let mut rng = stream(self.seed, Purpose::Explore, order.round * MOST_ENVS + number as u64);
+        let mut rows = Vec::with_capacity(steps as usize * layout.row_len());
         let mut action = vec![0.0; layout.action_len];
-        // Noise starts afresh every round, so that no round depends on another's.
-        // One for each environment: sharing them would gather the same swing eight times.
-        let mut excitations: Vec<_> =
-            self.slots.iter().map(|_| Excitation::new(&order, layout.action_len, &mut rng)).collect();
         let mut next = vec![0.0; layout.observation_len];
-        for _ in 0..order.env_steps {
-            let slot = &mut self.slots[self.turn];
-            excitations[self.turn].disturb(&mut order, &slot.observation, &mut action, &mut rng);
+        // Noise starts afresh every round, so that no round depends on another's.
+        let mut excitation = Excitation::new(order, layout.action_len, &mut rng);
+        for _ in 0..steps {
+            excitation.disturb(order, policy.as_deref_mut(), &slot.observation, &mut action, &mut rng);
             let outcome = slot.env.step(&action, &mut next);
             slot.episode.actions.extend_from_slice(&action);
             if !outcome.reward.is_finite() || !next.iter().all(|number| number.is_finite()) {
@@ -159,11 +183,13 @@ impl Collector {
             }
             layout.push_row(&mut rows, &slot.observation, &action, &outcome, &next);
             if outcome.terminated || outcome.truncated {
-                self.start_episode(self.turn);
+                slot.episode.number += envs;
+                slot.episode.actions.clear();
+                let seed = episode_seed(self.seed, Purpose::TrainingEpisode, slot.episode.number);
+                slot.env.reset(seed, &mut slot.observation);
             } else {
                 slot.observation.copy_from_slice(&next);
             }
-            self.turn = (self.turn + 1) % self.slots.len();
         }
         Ok(rows)
     }
@@ -186,9 +212,16 @@ impl Excitation {
     }
 
     /// The action for `observation`, and the noise of the step after.
-    fn disturb(&mut self, order: &mut Order, observation: &[f32], action: &mut [f32], rng: &mut ChaCha8Rng) {
+    fn disturb(
+        &mut self,
+        order: &Order,
+        policy: Option<&mut Policy>,
+        observation: &[f32],
+        action: &mut [f32],
+        rng: &mut ChaCha8Rng,
+    ) {
         let kept = order.correlation;
-        match &mut order.policy {
+        match policy {
             Some(policy) => {
                 policy.act(observation, action);
                 for (action, &noise) in action.iter_mut().zip(&self.values) {

@@ -3,6 +3,7 @@
 //! Owns the defaults, which are the paper's, and the limits; refuses to know the
 //! task, whose numbers `run_config` adds.
 
+use super::collect::MOST_ENVS;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -172,7 +173,7 @@ impl Learning {
         at_most("schedule.updates_per_epoch", s.updates_per_epoch, 1_000_000, "1 to 1,000,000")?;
         at_most("schedule.env_steps_per_update", s.env_steps_per_update, 10_000, "1 to 10,000")?;
         at_most("schedule.round_updates", s.round_updates, 100_000, "1 to 100,000")?;
-        at_most("schedule.training_envs", s.training_envs as u64, 1_024, "1 to 1,024")?;
+        at_most("schedule.training_envs", s.training_envs as u64, MOST_ENVS, "1 to 1,024")?;
         at_most("schedule.evaluation_episodes", s.evaluation_episodes as u64, 10_000, "1 to 10,000")?;
         if s.warm_up_env_steps > 0 {
             at_most("schedule.warm_up_env_steps", s.warm_up_env_steps, 10_000_000, "0 to 10,000,000")?;

@@ -1,14 +1,14 @@
 //! A training run: gather, learn, judge, save, until the schedule is done.
 //!
 //! Owns the order of things and the run folder's learning files. One thread
-//! gathers round `r` while this one learns from everything up to `r - 1`; both
-//! wait for each other at the end of a round and nowhere else, so timing
-//! changes nothing but the wall clock.
+//! gathers round `r` while this one learns from everything up to `r - 1`, and
+//! then helps to gather; both wait for each other at the end of a round and
+//! nowhere else, so timing changes nothing but the wall clock.
 
 use super::MakeEnv;
 use super::agent::{Agent, Losses};
 use super::checkpoint::{self, Progress};
-use super::collect::{Collector, CollectorState, Order};
+use super::collect::{Collector, Order, Round};
 use super::config::Learning;
 use super::curve::{CurvePoint, to_csv};
 use super::evaluate::evaluate;
@@ -17,7 +17,9 @@ use super::outcome::{Ending, Event, Outcome, TrainError};
 use super::random::{Purpose, stream};
 use super::replay::{Layout, Replay};
 use crate::run_folder;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::Instant;
@@ -47,6 +49,26 @@ struct State {
     events: EventFile,
 }
 
+/// The thread that gathers.
+struct Helper {
+    orders: mpsc::Sender<Arc<Round>>,
+    done: mpsc::Receiver<()>,
+}
+
+impl Helper {
+    /// Has a round begun.
+    fn begin(&self, order: Order) -> Result<Arc<Round>, TrainError> {
+        let round = Arc::new(Round::new(order));
+        self.orders.send(Arc::clone(&round)).map_err(|_| TrainError::CollectorGone)?;
+        Ok(round)
+    }
+
+    /// Returns when the thread has no environment of the round in hand.
+    fn wait(&self) -> Result<(), TrainError> {
+        self.done.recv().map_err(|_| TrainError::CollectorGone)
+    }
+}
+
 impl Run<'_> {
     /// Trains from the beginning, or from the folder's checkpoint.
     ///
@@ -58,45 +80,36 @@ impl Run<'_> {
             Layout { observation_len: env.observation_len(), action_len: env.action_len() }
         };
         let (config, envs) = (&self.learning.td3, self.learning.schedule.training_envs);
-        let mut restored: Option<CollectorState> = None;
-        let mut state = if resume {
+        let (mut state, collector) = if resume {
             let saved = checkpoint::load(self.folder, config, layout, envs)?;
-            restored = Some(saved.collector);
             let events = EventFile::create(self.folder, &saved.progress.curve, saved.progress.wall_s)?;
-            State { agent: saved.agent, replay: saved.replay, progress: saved.progress, events }
+            let collector = Collector::restore(self.make_env, layout, self.seed, saved.episodes);
+            (State { agent: saved.agent, replay: saved.replay, progress: saved.progress, events }, collector)
         } else {
-            State {
+            let state = State {
                 agent: Agent::new(config, layout, self.seed),
                 replay: Replay::new(layout, config.buffer_size),
                 progress: Progress::default(),
                 events: EventFile::create(self.folder, &[], 0.0)?,
-            }
+            };
+            (state, Collector::new(self.make_env, layout, self.seed, envs))
         };
         std::thread::scope(|scope| {
-            let (orders, inbox) = mpsc::channel::<Order>();
-            let (outbox, answers) = mpsc::channel();
+            let (orders, inbox) = mpsc::channel::<Arc<Round>>();
+            let (outbox, done) = mpsc::channel();
+            let collector = &collector;
             let thread = scope.spawn(move || {
-                let mut collector = match restored {
-                    Some(saved) => Collector::restore(self.make_env, layout, self.seed, saved),
-                    None => Collector::new(self.make_env, layout, self.seed, envs),
-                };
                 // Either side hanging up ends the thread.
-                for order in inbox {
-                    let rows = collector.gather(order);
-                    if outbox.send((rows, collector.state())).is_err() {
+                for round in inbox {
+                    collector.help(&round);
+                    if outbox.send(()).is_err() {
                         break;
                     }
                 }
             });
-            let ask = |order| -> Result<_, TrainError> {
-                orders.send(order).map_err(|_| TrainError::CollectorGone)
-            };
-            let hear = || -> Result<(Vec<f32>, CollectorState), TrainError> {
-                let (rows, state) = answers.recv().map_err(|_| TrainError::CollectorGone)?;
-                Ok((rows?, state))
-            };
-            let outcome = self.rounds(&mut state, &ask, &hear, on_event);
-            drop(orders);
+            let helper = Helper { orders, done };
+            let outcome = self.rounds(&mut state, collector, &helper, on_event);
+            drop(helper);
             // Joined by hand: a scope would pass the thread's panic on to us.
             if thread.join().is_err() { Err(TrainError::CollectorGone) } else { outcome }
         })
@@ -106,8 +119,8 @@ impl Run<'_> {
     fn rounds(
         &self,
         state: &mut State,
-        ask: &dyn Fn(Order) -> Result<(), TrainError>,
-        hear: &dyn Fn() -> Result<(Vec<f32>, CollectorState), TrainError>,
+        collector: &Collector,
+        helper: &Helper,
         on_event: &mut dyn FnMut(Event),
     ) -> Result<Outcome, TrainError> {
         let schedule = &self.learning.schedule;
@@ -120,13 +133,16 @@ impl Run<'_> {
         }
         let mut ending = Ending::Done;
         while state.agent.updates < schedule.total_updates() {
-            ask(self.order(state))?;
+            let round = helper.begin(self.order(state))?;
             // Without a warm-up, the first round has nothing to learn from yet.
             if state.progress.env_steps >= schedule.warm_up_env_steps.max(1) {
                 self.learn(state)?;
             }
-            let (rows, collector) = hear()?;
-            state.replay.extend(&rows);
+            // The other thread may still have a few environments to go.
+            catch_unwind(AssertUnwindSafe(|| collector.help(&round)))
+                .map_err(|_| TrainError::CollectorGone)?;
+            helper.wait()?;
+            state.replay.extend(&round.rows()?);
             state.progress.round += 1;
             state.progress.env_steps += schedule.round_env_steps();
             state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
@@ -140,7 +156,8 @@ impl Run<'_> {
             }
             if epoch_ended || stop {
                 state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
-                checkpoint::save(self.folder, &mut state.agent, &state.replay, collector, &state.progress)?;
+                let episodes = collector.episodes();
+                checkpoint::save(self.folder, &mut state.agent, &state.replay, episodes, &state.progress)?;
             }
             if stop && state.agent.updates < schedule.total_updates() {
                 ending = Ending::Stopped;
@@ -162,6 +179,7 @@ impl Run<'_> {
         let warm = state.progress.env_steps >= schedule.warm_up_env_steps;
         Order {
             round: state.progress.round,
+            before: state.progress.env_steps,
             env_steps: schedule.round_env_steps(),
             policy: warm.then(|| state.agent.actor.policy()),
             noise: self.learning.td3.exploration_noise,
