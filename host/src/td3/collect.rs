@@ -73,7 +73,14 @@ pub struct Round {
     /// The environment that nobody has taken yet.
     next: AtomicUsize,
     /// What each environment brought, by its number.
-    gathered: Mutex<Vec<(usize, Result<Vec<f32>, CollectError>)>>,
+    gathered: Mutex<Vec<Share>>,
+}
+
+/// One environment's part of a round, as replay rows.
+#[derive(Debug)]
+struct Share {
+    slot: usize,
+    rows: Result<Vec<f32>, CollectError>,
 }
 
 impl Round {
@@ -88,8 +95,8 @@ impl Round {
     /// [`CollectError`] of the first environment that met one.
     pub fn rows(&self) -> Result<Vec<f32>, CollectError> {
         let mut gathered = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-        gathered.sort_by_key(|(slot, _)| *slot);
-        let rows: Result<Vec<Vec<f32>>, _> = gathered.drain(..).map(|(_, rows)| rows).collect();
+        gathered.sort_by_key(|share| share.slot);
+        let rows: Result<Vec<Vec<f32>>, _> = gathered.drain(..).map(|share| share.rows).collect();
         Ok(rows?.concat())
     }
 }
@@ -147,7 +154,7 @@ impl Collector {
             // Poisoned only by a panic in the task, which ends the run.
             let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
             let rows = self.play(&mut slot, taken, &round.order, policy.as_mut());
-            round.gathered.lock().unwrap_or_else(PoisonError::into_inner).push((taken, rows));
+            round.gathered.lock().unwrap_or_else(PoisonError::into_inner).push(Share { slot: taken, rows });
         }
     }
 
