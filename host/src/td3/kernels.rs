@@ -3,8 +3,8 @@
 //! Owns the matrix product and the loops over whole layers, each compiled for
 //! the widest vectors that this processor has. Refuses to know networks. This
 //! is where the speed comes from: on products of 128 x 128 the crate `gemm`
-//! with AVX-512 reaches more than twice the rate of the libtorch for Python
-//! (MKL keeps to AVX2 on AMD), and no call costs more than its arithmetic.
+//! with AVX-512 reaches more than twice the rate of libtorch (whose MKL keeps
+//! to AVX2 on AMD), and no call costs more than its arithmetic.
 //!
 //! One processor gives one result: nothing here depends on threads, and no
 //! loop's order on the width of its vectors.
