@@ -34,7 +34,7 @@ const RESULTS: &str = "seeds.csv";
 /// Episodes that choose among the seeds, the paper's "test number".
 const COMPARED_EPISODES: usize = 50;
 /// The files of the best seed that the folder takes over.
-const OF_THE_BEST: [&str; 5] = [
+const OF_THE_BEST: [&str; 4] = [
     run_folder::CONFIG,
     run_folder::POLICY,
     POLICY_DESCRIPTION,
