@@ -7,6 +7,7 @@ use host::run_folder;
 use host::td3::POLICY_DESCRIPTION;
 use host::td3::checkpoint::{self, CheckpointError};
 use host::td3::config::{Learning, Schedule, Td3Config};
+use host::td3::device::Device;
 use host::td3::outcome::{Ending, Event, Outcome, TrainError};
 use host::td3::policy::Policy;
 use host::td3::trainer::Run;
@@ -75,8 +76,19 @@ fn learning(epochs: u64) -> Learning {
 }
 
 fn train(learning: &Learning, seed: u64, folder: &Path, resume: bool, stop_after: u64) -> Outcome {
+    train_on(Device::Cpu, learning, seed, folder, resume, stop_after)
+}
+
+fn train_on(
+    device: Device,
+    learning: &Learning,
+    seed: u64,
+    folder: &Path,
+    resume: bool,
+    stop_after: u64,
+) -> Outcome {
     let stop = AtomicBool::new(false);
-    let run = Run { learning, make_env: &Cart::boxed, seed, folder, stop: &stop };
+    let run = Run { learning, make_env: &Cart::boxed, seed, device, folder, stop: &stop };
     run.train(resume, &mut |event| {
         if matches!(event, Event::Round { updates, .. } if updates >= stop_after) {
             stop.store(true, Ordering::Relaxed);
@@ -177,8 +189,14 @@ fn a_task_that_blows_up_stops_the_run_and_keeps_the_best_policy() {
     let folder = tempfile::tempdir().unwrap();
     let stop = AtomicBool::new(false);
     let learning = learning(20);
-    let run =
-        Run { learning: &learning, make_env: &Cart::mortal, seed: 0, folder: folder.path(), stop: &stop };
+    let run = Run {
+        learning: &learning,
+        make_env: &Cart::mortal,
+        seed: 0,
+        device: Device::Cpu,
+        folder: folder.path(),
+        stop: &stop,
+    };
 
     let error = run.train(false, &mut |_| {}).unwrap_err();
 
@@ -192,8 +210,14 @@ fn learning_that_diverges_stops_and_keeps_the_best_policy() {
     let stop = AtomicBool::new(false);
     let mut learning = learning(20);
     learning.td3.critic_learning_rate = 1e30;
-    let run =
-        Run { learning: &learning, make_env: &Cart::boxed, seed: 0, folder: folder.path(), stop: &stop };
+    let run = Run {
+        learning: &learning,
+        make_env: &Cart::boxed,
+        seed: 0,
+        device: Device::Cpu,
+        folder: folder.path(),
+        stop: &stop,
+    };
 
     let error = run.train(false, &mut |_| {}).unwrap_err();
 
@@ -231,4 +255,84 @@ fn a_damaged_checkpoint_is_an_error_and_no_panic() {
     std::fs::write(&state, &text).unwrap();
     let wider = Td3Config { hidden_width: 33, ..learning.td3.clone() };
     assert!(matches!(checkpoint::load(folder.path(), &wider, layout, 3), Err(CheckpointError::Tensors(_))));
+}
+
+/// Whole runs on libtorch. What makes them like those on plain memory is held to
+/// numbers beside the code; here, that a run's order of things is the same.
+#[cfg(feature = "torch")]
+mod on_libtorch {
+    use super::*;
+
+    #[test]
+    fn a_run_starts_and_first_learns_as_on_plain_memory() {
+        let (plain, torch) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        // One round of updates, on experience of the warm-up alone.
+        let mut learning = learning(1);
+        learning.schedule.updates_per_epoch = 20;
+
+        let plain = train_on(Device::Cpu, &learning, 4, plain.path(), false, u64::MAX).curve;
+        let torch = train_on(Device::Torch, &learning, 4, torch.path(), false, u64::MAX).curve;
+
+        assert_eq!(plain[0].reward, torch[0].reward, "the untrained policy");
+        for (plain, torch) in [
+            (plain[1].critic_loss, torch[1].critic_loss),
+            (plain[1].actor_loss, torch[1].actor_loss),
+            (plain[1].q_mean, torch[1].q_mean),
+        ] {
+            assert!(plain != 0.0 && (plain - torch).abs() < 1e-4, "{plain} {torch}");
+        }
+    }
+
+    #[test]
+    fn a_cart_learns_to_stand_at_the_origin() {
+        let folder = tempfile::tempdir().unwrap();
+
+        let outcome = train_on(Device::Torch, &learning(20), 1, folder.path(), false, u64::MAX);
+
+        let untrained = outcome.curve[0].reward;
+        let best = outcome.curve[outcome.best].reward;
+        assert!(best > 26.0 && untrained < best - 3.0, "{untrained} -> {best}");
+    }
+
+    #[test]
+    fn an_interrupted_run_ends_as_if_it_had_not_been() {
+        let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        train_on(Device::Torch, &learning(4), 2, whole.path(), false, u64::MAX);
+
+        train_on(Device::Torch, &learning(4), 2, broken.path(), false, 140);
+        train_on(Device::Torch, &learning(4), 2, broken.path(), true, u64::MAX);
+
+        assert_eq!(leavings(whole.path()), leavings(broken.path()));
+        assert_eq!(final_tensors(whole.path()), final_tensors(broken.path()));
+    }
+
+    /// Where it stops does not matter to where it goes on.
+    #[test]
+    fn a_checkpoint_goes_on_on_either_device() {
+        for (first, second) in [(Device::Cpu, Device::Torch), (Device::Torch, Device::Cpu)] {
+            let folder = tempfile::tempdir().unwrap();
+
+            train_on(first, &learning(20), 1, folder.path(), false, 900);
+            let outcome = train_on(second, &learning(20), 1, folder.path(), true, u64::MAX);
+
+            assert_eq!((outcome.ending, outcome.updates), (Ending::Done, 2000));
+            assert!(outcome.curve[outcome.best].reward > 26.0, "{first} to {second}");
+        }
+    }
+
+    #[test]
+    fn learning_that_diverges_stops_and_keeps_the_best_policy() {
+        let folder = tempfile::tempdir().unwrap();
+        let stop = AtomicBool::new(false);
+        let mut learning = learning(20);
+        learning.td3.critic_learning_rate = 1e30;
+        let (seed, device) = (0, Device::Torch);
+        let make_env = &Cart::boxed;
+        let run = Run { learning: &learning, make_env, seed, device, folder: folder.path(), stop: &stop };
+
+        let error = run.train(false, &mut |_| {}).unwrap_err();
+
+        assert!(matches!(error, TrainError::Diverged { .. }), "{error}");
+        assert!(Policy::load(&folder.path().join(run_folder::POLICY)).unwrap().is_finite());
+    }
 }

@@ -12,6 +12,7 @@ use super::{Cause, Failure};
 use crate::env::Env as _;
 use crate::robot::{Robot, RobotError};
 use crate::sim::AntEnv;
+use crate::td3::device::DeviceError;
 use crate::td3::outcome::TrainError;
 use crate::td3::preset::Preset;
 use crate::td3::replay::Layout;
@@ -48,6 +49,8 @@ enum BenchError {
     Robot(#[from] RobotError),
     #[error("libtorch refuses to compare")]
     Torch(#[from] tch::TchError),
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     #[error("cannot make a temporary folder for the training run")]
     Folder { source: std::io::Error },
     #[error("the training run stopped")]
@@ -55,11 +58,12 @@ enum BenchError {
 }
 
 /// The report's figures in their order: name, decimals, what a reader calls it.
-const FIGURES: [(&str, usize, &str); 9] = [
+const FIGURES: [(&str, usize, &str); 10] = [
     ("env_steps_per_s", 0, "control steps/s walking, one thread"),
     ("env_steps_per_s_2", 0, "control steps/s walking, two threads"),
     ("updates_per_s", 0, "TD3 updates/s, one thread"),
     ("update_vs_plain_tch", 3, "time of an update, over the same losses in plain tch"),
+    ("update_vs_device_torch", 3, "time of an update, over that of train --device torch"),
     ("gemm_gflops", 1, "Gflop/s of large matrix products, one thread"),
     ("gemm_gflops_libtorch", 1, "the same by libtorch"),
     ("update_fraction_of_gemm", 3, "an update's Gflop/s over that"),
@@ -95,7 +99,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let figures = measure(&args).map_err(|error| match error {
         BenchError::Config(_) | BenchError::Robot(_) => failure(Cause::Input, error),
         BenchError::Torch(_) => failure_with_help(Cause::Machine, error, "make setup unpacks libtorch"),
-        BenchError::Folder { .. } | BenchError::Train(_) => failure(Cause::Machine, error),
+        BenchError::Device(_) | BenchError::Folder { .. } | BenchError::Train(_) => {
+            failure(Cause::Machine, error)
+        }
     })?;
     report(&args, &figures);
     Ok(())
@@ -122,7 +128,7 @@ fn measure(args: &Args) -> Result<Figures, BenchError> {
     };
     // Caches, clocks and pages: nobody's first turn counts.
     slices::env_steps_per_s(&config, &robot, 1, ENV_STEPS / 5);
-    learners.updates_per_s(UPDATES / 5);
+    learners.updates_per_s(UPDATES / 5)?;
     let mut figures = Figures::default();
     for _ in 0..args.rounds {
         begin("walking");
@@ -132,7 +138,7 @@ fn measure(args: &Args) -> Result<Figures, BenchError> {
         let two = slices::env_steps_per_s(&config, &robot, 2, ENV_STEPS);
         bar.inc(1);
         begin("updates");
-        let (ours, plain) = learners.updates_per_s(UPDATES);
+        let slices::UpdatesPerS { ours, plain, torch } = learners.updates_per_s(UPDATES)?;
         bar.inc(1);
         begin("matrix products");
         let (gemm, libtorch) = slices::gemm_gflops();
@@ -142,7 +148,8 @@ fn measure(args: &Args) -> Result<Figures, BenchError> {
         bar.inc(1);
         let balance = config.schedule.env_steps_per_update as f64 * ours / one;
         let fraction = ours * arithmetic / 1e9 / gemm;
-        figures.add([one, two, ours, plain / ours, gemm, libtorch, fraction, train, balance]);
+        let ratios = (plain / ours, torch / ours);
+        figures.add([one, two, ours, ratios.0, ratios.1, gemm, libtorch, fraction, train, balance]);
     }
     bar.finish_and_clear();
     Ok(figures)

@@ -1,5 +1,6 @@
 //! `train`: a run folder with the best policy, its learning curve and a checkpoint.
 
+mod device;
 mod range;
 mod seeds;
 mod show;
@@ -10,10 +11,12 @@ use crate::env::Env;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
+use crate::td3::device::{Device, DeviceError};
 use crate::td3::outcome::{Ending, Outcome, TrainError};
 use crate::td3::preset::Preset;
 use crate::td3::run_config::{ConfigError, LegScale, RunConfig};
 use crate::td3::trainer::Run;
+use device::Configured;
 use miette::Diagnostic;
 use range::{SEEDS, SeedRange};
 use show::{progress_bar, say, show};
@@ -53,6 +56,11 @@ pub struct Args {
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     out: Option<PathBuf>,
 
+    /// What computes the updates: take cpu unless the networks are far wider than the
+    /// presets'; a resumed run keeps its own [default: the configuration's, cpu]
+    #[arg(long, value_enum)]
+    device: Option<Device>,
+
     /// Go on with an interrupted run as if nothing had happened
     #[arg(long, value_name = "RUN")]
     resume: Option<PathBuf>,
@@ -81,6 +89,13 @@ enum TrainCliError {
     Config(#[from] ConfigError),
     #[error("cannot use this robot")]
     Robot(#[from] crate::robot::RobotError),
+    #[error("cannot train on device {device}")]
+    Device {
+        device: Device,
+        source: DeviceError,
+        #[help]
+        help: &'static str,
+    },
     #[error("cannot prepare the run's folder")]
     Folder(#[from] FileError),
     #[error(transparent)]
@@ -104,9 +119,10 @@ impl From<TrainCliError> for Failure {
             }
             TrainCliError::Interrupted { .. } => Cause::Interrupted,
             TrainCliError::Seeds(error) => error.cause(),
-            TrainCliError::Folder(_) | TrainCliError::Train { .. } | TrainCliError::Signals(_) => {
-                Cause::Machine
-            }
+            TrainCliError::Device { .. }
+            | TrainCliError::Folder(_)
+            | TrainCliError::Train { .. }
+            | TrainCliError::Signals(_) => Cause::Machine,
         };
         Self::new(cause, error)
     }
@@ -122,8 +138,8 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     if let Some(folder) = &args.resume {
         stop_on_ctrl_c(&stop)?;
         return match SeedRange::of(folder).map_err(seeds::SeedsError::from)? {
-            Some(seeds) => seeds::train(folder, seeds, jobs, &stop, args.json),
-            None => train_one(folder, true, &stop, args.json),
+            Some(seeds) => seeds::train(folder, seeds, jobs, args.device, &stop, args.json),
+            None => train_one(folder, true, args.device, &stop, args.json),
         };
     }
     let (config, robot) = prepare(&args)?;
@@ -132,11 +148,11 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     match args.seeds {
         Some(seeds) => {
             seeds::prepare(seeds, &folder, &config, &robot)?;
-            seeds::train(&folder, seeds, jobs, &stop, args.json)
+            seeds::train(&folder, seeds, jobs, None, &stop, args.json)
         }
         None => {
             write_inputs(&folder, &config, &robot)?;
-            train_one(&folder, false, &stop, args.json)
+            train_one(&folder, false, None, &stop, args.json)
         }
     }
 }
@@ -146,19 +162,27 @@ fn cores() -> usize {
 }
 
 /// Trains the run whose configuration and robot are in `folder`.
-fn train_one(folder: &Path, resuming: bool, stop: &AtomicBool, json: bool) -> Result<(), TrainCliError> {
-    let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
+fn train_one(
+    folder: &Path,
+    resuming: bool,
+    device: Option<Device>,
+    stop: &AtomicBool,
+    json: bool,
+) -> Result<(), TrainCliError> {
+    let Configured { config, mut change } = Configured::load(folder, device)?;
     let robot = Robot::of_trained_run(folder)?;
     let make_env = || -> Box<dyn Env> { Box::new(AntEnv::new(&robot, config.env)) };
     let learning = config.learning();
-    let run = Run { learning: &learning, make_env: &make_env, seed: config.seed, folder, stop };
+    let (seed, device) = (config.seed, config.device);
+    let run = Run { learning: &learning, make_env: &make_env, seed, device, folder, stop };
     let updates = learning.schedule.total_updates();
     let bar = progress_bar("", updates);
-    say(&bar, &format!("Training in {} (seed {}), {updates} updates.", folder.display(), config.seed));
+    say(&bar, &format!("Training in {} (seed {seed}, {device}), {updates} updates.", folder.display()));
     say(&bar, "Ctrl-C saves and stops.");
     let mut known = false;
     let outcome = run.train(resuming, &mut |event| {
         show(&bar, &event);
+        change.note(&event, &config, folder, &bar);
         // From the first saved policy on, this is the run that the other commands take.
         if !known {
             known = true;
@@ -186,6 +210,8 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
         (None, preset) => RunConfig::preset(preset)?,
     };
     config.seed = args.seed.unwrap_or(config.seed);
+    config.device = args.device.unwrap_or(config.device);
+    device::check(config.device)?;
     if let Some(leg) = args.leg {
         let (least, most) = crate::robot::LEG_SCALE_RANGE;
         if !(least..=most).contains(&leg) {
@@ -239,6 +265,7 @@ fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {
             "run": path_text(folder),
             "policy": path_text(&folder.join(run_folder::POLICY)),
             "seed": config.seed,
+            "device": config.device,
             "finished": outcome.ending == Ending::Done,
             "reward_untrained": untrained.reward,
             "reward_trained": best.reward,

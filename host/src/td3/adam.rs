@@ -6,11 +6,11 @@
 use super::kernels::{self, AdamStep};
 
 /// Decay of the mean of the derivatives.
-const BETA1: f64 = 0.9;
+pub(super) const BETA1: f64 = 0.9;
 /// Decay of the mean of their squares.
-const BETA2: f64 = 0.999;
+pub(super) const BETA2: f64 = 0.999;
 /// Keeps the division finite.
-const EPSILON: f64 = 1e-8;
+pub(super) const EPSILON: f64 = 1e-8;
 
 /// The optimiser's state for one network.
 ///
@@ -18,7 +18,7 @@ const EPSILON: f64 = 1e-8;
 /// Kingma & Ba (2015), algorithm 1, with its constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adam {
-    learning_rate: f64,
+    pub(super) learning_rate: f64,
     /// Steps taken.
     pub steps: u64,
     /// First moment, as long as the parameters.

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 /// Actor, critics, targets and optimisers.
 #[derive(Debug)]
 pub struct Agent {
-    config: Td3Config,
-    layout: Layout,
+    pub(super) config: Td3Config,
+    pub(super) layout: Layout,
     /// Observation to action, before the hyperbolic tangent.
     pub actor: Mlp,
     /// Observation and action to value, twice.
@@ -102,13 +102,18 @@ impl Agent {
 
     /// One update on `batch` (whole rows of the layout) with the smoothing noise of `rng`.
     pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng) -> Losses {
-        let count = self.rows_in(batch) * self.layout.action_len;
         let mut normals = std::mem::take(&mut self.memory.normals);
-        normals.clear();
-        normals.extend((0..count).map(|_| rng.sample::<f32, _>(StandardNormal)));
+        self.draw_normals(batch, rng, &mut normals);
         let losses = self.update_with(batch, &normals);
         self.memory.normals = normals;
         losses
+    }
+
+    /// The standard normal numbers of an update on `batch`, into `normals`: the same on every device.
+    pub(super) fn draw_normals(&self, batch: &[f32], rng: &mut ChaCha8Rng, normals: &mut Vec<f32>) {
+        let count = self.rows_in(batch) * self.layout.action_len;
+        normals.clear();
+        normals.extend((0..count).map(|_| rng.sample::<f32, _>(StandardNormal)));
     }
 
     /// Multiplications and additions in the products of the mean update with `rows` rows.
@@ -146,12 +151,6 @@ impl Agent {
         Matrix::rows(batch, start, self.rows_in(batch), len, self.layout.row_len())
     }
 
-    /// Clipped noise on the target policy's action.
-    fn smoothing_noise(&self, normal: f32) -> f32 {
-        let limit = self.config.policy_noise_clip;
-        (self.config.policy_noise * normal).clamp(-limit, limit)
-    }
-
     /// What both critics should have said, into `memory.target`: reward plus the
     /// discounted smaller value of the smoothed target action.
     ///
@@ -164,7 +163,9 @@ impl Agent {
         self.target_actor.forward(next, &mut memory.actor);
         memory.actions.clear();
         let smoothed = memory.actor.output().iter().zip(normals);
-        memory.actions.extend(smoothed.map(|(a, &n)| (a.tanh() + self.smoothing_noise(n)).clamp(-1.0, 1.0)));
+        memory
+            .actions
+            .extend(smoothed.map(|(a, &n)| (a.tanh() + self.config.smoothing_noise(n)).clamp(-1.0, 1.0)));
         join(batch, layout, layout.next_observation(), &memory.actions, &mut memory.judged);
         let judged = Matrix::dense(&memory.judged, layout.reward());
         self.target_critics[0].forward(judged, &mut memory.critic);

@@ -75,6 +75,14 @@ impl Default for Td3Config {
     }
 }
 
+impl Td3Config {
+    /// Clipped noise on the target policy's action, from a standard normal number.
+    pub fn smoothing_noise(&self, normal: f32) -> f32 {
+        let limit = self.policy_noise_clip;
+        (self.policy_noise * normal).clamp(-limit, limit)
+    }
+}
+
 /// How long a run goes on and how often it is judged.
 ///
 /// # Source

@@ -27,9 +27,11 @@ pub mod checkpoint;
 pub mod collect;
 pub mod config;
 pub mod curve;
+pub mod device;
 pub mod evaluate;
 pub mod events;
 pub mod kernels;
+pub mod learner;
 pub mod networks;
 pub mod outcome;
 pub mod policy;
@@ -38,6 +40,8 @@ pub mod random;
 pub mod replay;
 pub mod run_config;
 pub mod tensor_file;
+#[cfg(feature = "torch")]
+pub mod torch;
 pub mod trainer;
 
 use crate::env::Env;

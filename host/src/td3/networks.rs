@@ -13,11 +13,15 @@ const ALIGNMENT: usize = 16;
 
 /// Where one layer's numbers lie: `weight[input][output]`, and `bias[output]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Span {
-    weight: usize,
-    bias: usize,
-    inputs: usize,
-    outputs: usize,
+pub struct Span {
+    /// Where the weights start.
+    pub weight: usize,
+    /// Where the biases start.
+    pub bias: usize,
+    /// Numbers that the layer takes.
+    pub inputs: usize,
+    /// Numbers that it gives.
+    pub outputs: usize,
 }
 
 impl Span {
@@ -100,6 +104,11 @@ impl Mlp {
         let layer =
             |span: &Span| DenseLayer { weight: span.weight(flat).to_vec(), bias: span.bias(flat).to_vec() };
         self.spans.iter().map(layer).collect()
+    }
+
+    /// Where the layers lie in `parameters`, first layer first.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
     }
 
     /// Multiplications of a forward pass for one row; the additions are as many.

@@ -5,6 +5,7 @@
 use super::checkpoint::CheckpointError;
 use super::collect::CollectError;
 use super::curve::CurvePoint;
+use super::device::DeviceError;
 use super::tensor_file::TensorFileError;
 use crate::run_folder::FileError;
 use thiserror::Error;
@@ -34,6 +35,9 @@ pub enum TrainError {
     /// Another file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
+    /// The device's fault.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// A bug in the simulation; its message is on standard error.
     #[error("the thread that gathers experience panicked")]
     CollectorGone,

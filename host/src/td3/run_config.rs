@@ -5,6 +5,7 @@
 //! have is an error.
 
 use super::config::{BadValue, Learning, Schedule, Td3Config};
+use super::device::Device;
 use super::preset::Preset;
 use crate::robot::LEG_SCALE_RANGE;
 use crate::run_folder::{self, FileError};
@@ -53,6 +54,8 @@ pub struct RunConfig {
     pub seed: u64,
     /// Shins of the built-in Ant, as multiples of the paper's "1 L".
     pub leg_scale: LegScale,
+    /// What computes the updates; each has a result of its own, alike to rounding at first.
+    pub device: Device,
     /// The algorithm.
     pub td3: Td3Config,
     /// The run's length.
@@ -70,6 +73,8 @@ struct File {
     _seed: u64,
     #[serde(rename = "leg_scale")]
     _leg_scale: LegScale,
+    #[serde(rename = "device")]
+    _device: Device,
     #[serde(rename = "td3")]
     _td3: Td3Config,
     #[serde(rename = "schedule")]

@@ -11,8 +11,10 @@ use super::checkpoint::{self, Progress};
 use super::collect::{Collector, Order, Round};
 use super::config::Learning;
 use super::curve::{CurvePoint, to_csv};
+use super::device::Device;
 use super::evaluate::evaluate;
 use super::events::EventFile;
+use super::learner::Learner;
 use super::outcome::{Ending, Event, Outcome, TrainError};
 use super::random::{Purpose, stream};
 use super::replay::{Layout, Replay};
@@ -36,6 +38,8 @@ pub struct Run<'a> {
     pub make_env: MakeEnv<'a>,
     /// Names every random number.
     pub seed: u64,
+    /// What computes the updates; a resumed run may change it.
+    pub device: Device,
     /// The run folder; it exists.
     pub folder: &'a Path,
     /// Stops the run at the end of the round once it is true.
@@ -43,7 +47,7 @@ pub struct Run<'a> {
 }
 
 struct State {
-    agent: Agent,
+    learner: Learner,
     replay: Replay,
     progress: Progress,
     events: EventFile,
@@ -82,12 +86,13 @@ impl Run<'_> {
         let (config, envs) = (&self.learning.td3, self.learning.schedule.training_envs);
         let (mut state, collector) = if resume {
             let saved = checkpoint::load(self.folder, config, layout, envs)?;
+            let learner = Learner::new(saved.agent, self.device)?;
             let events = EventFile::create(self.folder, &saved.progress.curve, saved.progress.wall_s)?;
             let collector = Collector::restore(self.make_env, layout, self.seed, saved.episodes);
-            (State { agent: saved.agent, replay: saved.replay, progress: saved.progress, events }, collector)
+            (State { learner, replay: saved.replay, progress: saved.progress, events }, collector)
         } else {
             let state = State {
-                agent: Agent::new(config, layout, self.seed),
+                learner: Learner::new(Agent::new(config, layout, self.seed), self.device)?,
                 replay: Replay::new(layout, config.buffer_size),
                 progress: Progress::default(),
                 events: EventFile::create(self.folder, &[], 0.0)?,
@@ -129,11 +134,11 @@ impl Run<'_> {
         if state.progress.curve.is_empty() {
             self.judge(state, on_event)?;
         } else {
-            on_event(Event::Resumed { updates: state.agent.updates });
+            on_event(Event::Resumed { updates: state.learner.updates() });
         }
         let mut ending = Ending::Done;
-        while state.agent.updates < schedule.total_updates() {
-            let round = helper.begin(self.order(state))?;
+        while state.learner.updates() < schedule.total_updates() {
+            let round = helper.begin(self.order(state)?)?;
             // Without a warm-up, the first round has nothing to learn from yet.
             if state.progress.env_steps >= schedule.warm_up_env_steps.max(1) {
                 self.learn(state)?;
@@ -146,20 +151,21 @@ impl Run<'_> {
             state.progress.round += 1;
             state.progress.env_steps += schedule.round_env_steps();
             state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
-            on_event(Event::Round { updates: state.agent.updates, env_steps: state.progress.env_steps });
+            on_event(Event::Round { updates: state.learner.updates(), env_steps: state.progress.env_steps });
             let stop = self.stop.load(Ordering::Relaxed);
-            let epoch_ended = state.agent.updates
+            let epoch_ended = state.learner.updates()
                 > state.progress.curve.last().map_or(0, |point| point.updates)
-                && state.agent.updates.is_multiple_of(schedule.updates_per_epoch);
+                && state.learner.updates().is_multiple_of(schedule.updates_per_epoch);
             if epoch_ended {
                 self.judge(state, on_event)?;
             }
             if epoch_ended || stop {
                 state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
                 let episodes = collector.episodes();
-                checkpoint::save(self.folder, &mut state.agent, &state.replay, episodes, &state.progress)?;
+                let agent = state.learner.agent()?;
+                checkpoint::save(self.folder, agent, &state.replay, episodes, &state.progress)?;
             }
-            if stop && state.agent.updates < schedule.total_updates() {
+            if stop && state.learner.updates() < schedule.total_updates() {
                 ending = Ending::Stopped;
                 break;
             }
@@ -168,23 +174,23 @@ impl Run<'_> {
             ending,
             curve: state.progress.curve.clone(),
             best: state.progress.best,
-            updates: state.agent.updates,
+            updates: state.learner.updates(),
             env_steps: state.progress.env_steps,
             wall_s: state.progress.wall_s,
         })
     }
 
-    fn order(&self, state: &State) -> Order {
+    fn order(&self, state: &mut State) -> Result<Order, TrainError> {
         let schedule = &self.learning.schedule;
         let warm = state.progress.env_steps >= schedule.warm_up_env_steps;
-        Order {
+        Ok(Order {
             round: state.progress.round,
             before: state.progress.env_steps,
             env_steps: schedule.round_env_steps(),
-            policy: warm.then(|| state.agent.actor.policy()),
+            policy: warm.then(|| state.learner.policy()).transpose()?,
             noise: self.learning.td3.exploration_noise,
             correlation: self.learning.td3.exploration_correlation,
-        }
+        })
     }
 
     /// One round of updates.
@@ -195,29 +201,34 @@ impl Run<'_> {
         let mut batch = Vec::new();
         for _ in 0..self.learning.schedule.round_updates {
             state.replay.sample(self.learning.td3.batch_size, &mut sample, &mut batch);
-            let losses = state.agent.update(&batch, &mut smooth);
-            let actor = losses.actor.or(state.progress.losses.actor);
-            state.progress.losses = Losses { actor, ..losses };
+            state.learner.update(&batch, &mut smooth)?;
         }
+        let losses = state.learner.losses()?;
+        let actor = losses.actor.or(state.progress.losses.actor);
+        state.progress.losses = Losses { actor, ..losses };
         let Losses { critic, q_mean, .. } = state.progress.losses;
         if !state.progress.losses.is_finite()
             || q_mean.abs() > DIVERGED_Q
-            || !state.agent.actor.policy().is_finite()
+            || !state.learner.policy()?.is_finite()
         {
-            return Err(TrainError::Diverged { updates: state.agent.updates, critic_loss: critic, q_mean });
+            return Err(TrainError::Diverged {
+                updates: state.learner.updates(),
+                critic_loss: critic,
+                q_mean,
+            });
         }
         Ok(())
     }
 
     /// Evaluates, writes the learning curve, and the policy if it is the best yet.
     fn judge(&self, state: &mut State, on_event: &mut dyn FnMut(Event)) -> Result<(), TrainError> {
-        let policy = state.agent.actor.policy();
+        let policy = state.learner.policy()?;
         let episodes = self.learning.schedule.evaluation_episodes;
         let evaluation = evaluate(&policy, self.make_env, (self.seed, Purpose::EvaluationEpisode), episodes);
         let progress = &mut state.progress;
         let point = CurvePoint {
             env_steps: progress.env_steps,
-            updates: state.agent.updates,
+            updates: state.learner.updates(),
             wall_s: progress.wall_s,
             reward: evaluation.reward,
             speed_m_s: evaluation.speed_m_s,

@@ -9,7 +9,9 @@ use crate::robot::Robot;
 use crate::sim::AntEnv;
 use crate::td3::agent::Agent;
 use crate::td3::config::{Learning, Schedule};
+use crate::td3::device::Device;
 use crate::td3::kernels::{Matrix, Target, multiply};
+use crate::td3::learner::Learner;
 use crate::td3::outcome::Event;
 use crate::td3::random::{Purpose, stream};
 use crate::td3::replay::{Layout, Replay};
@@ -18,7 +20,7 @@ use crate::td3::trainer::Run;
 use rand::Rng as _;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
-use tch::{Device, Kind, Tensor};
+use tch::{Kind, Tensor};
 
 /// Sides of the square matrices whose product's rate counts: the faster one does.
 const SIDES: [usize; 2] = [512, 1024];
@@ -55,10 +57,22 @@ fn walk(env: &mut AntEnv, seed: u64, steps: u32) {
     }
 }
 
-/// Both learners with the same experience of random numbers.
+/// Updates a second, batches drawn.
+pub struct UpdatesPerS {
+    /// On plain memory.
+    pub ours: f64,
+    /// The same losses in plain tch.
+    pub plain: f64,
+    /// The learner's own update on libtorch.
+    pub torch: f64,
+}
+
+/// All learners with the same experience of random numbers.
 pub struct Learners {
     ours: Agent,
     plain: PlainTd3,
+    /// What `train --device torch` learns with.
+    torch: Learner,
     replay: Replay,
     batch_size: usize,
     rounds: u64,
@@ -74,6 +88,7 @@ impl Learners {
         Ok(Self {
             ours: Agent::new(&config.td3, layout, config.seed),
             plain: PlainTd3::new(&config.td3, layout)?,
+            torch: Learner::new(Agent::new(&config.td3, layout, config.seed), Device::Torch)?,
             replay,
             batch_size: config.td3.batch_size,
             rounds: 0,
@@ -85,8 +100,8 @@ impl Learners {
         self.ours.arithmetic_of_an_update(self.batch_size)
     }
 
-    /// Updates a second, batches drawn: ours, and the same losses in plain tch.
-    pub fn updates_per_s(&mut self, updates: u32) -> (f64, f64) {
+    /// Times so many updates of each.
+    pub fn updates_per_s(&mut self, updates: u32) -> Result<UpdatesPerS, BenchError> {
         self.rounds += 1;
         let mut sample = stream(1, Purpose::Sample, self.rounds);
         let mut smooth = stream(1, Purpose::Smooth, self.rounds);
@@ -102,7 +117,14 @@ impl Learners {
             self.replay.sample(self.batch_size, &mut sample, &mut batch);
             self.plain.update(&batch);
         }
-        (ours, f64::from(updates) / began.elapsed().as_secs_f64())
+        let plain = f64::from(updates) / began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        for _ in 0..updates {
+            self.replay.sample(self.batch_size, &mut sample, &mut batch);
+            self.torch.update(&batch, &mut smooth)?;
+        }
+        let torch = f64::from(updates) / began.elapsed().as_secs_f64();
+        Ok(UpdatesPerS { ours, plain, torch })
     }
 }
 
@@ -116,7 +138,7 @@ pub fn gemm_gflops() -> (f64, f64) {
         let (left, right) = (Matrix::dense(&numbers, side), Matrix::dense(&numbers, side));
         let ours = rate(operations, || multiply(&mut product, left, right, Target::Replace));
         let factor = Tensor::from_slice(&numbers).view([side as i64, side as i64]);
-        let out = Tensor::zeros([side as i64, side as i64], (Kind::Float, Device::Cpu));
+        let out = Tensor::zeros([side as i64, side as i64], (Kind::Float, tch::Device::Cpu));
         let theirs = rate(operations, || {
             let _ = factor.mm_out(&out, &factor);
         });
@@ -145,6 +167,7 @@ pub fn train_steps_per_s(config: &RunConfig, robot: &Robot) -> Result<f64, Bench
         learning: &learning,
         make_env: &|| -> Box<dyn Env> { Box::new(AntEnv::new(robot, config.env)) },
         seed: config.seed,
+        device: Device::Cpu,
         folder: folder.path(),
         stop: &AtomicBool::new(false),
     };

@@ -5,6 +5,7 @@
 //! to, and the files of the best, so that the folder is itself a run to record
 //! from. Each seed's run is what it would be alone, bit for bit.
 
+use super::device::Configured;
 use super::range::{SEEDS, SeedRange, SeedsFileError};
 use super::show::{progress_bar, say, show};
 use super::{TrainCliError, write_inputs};
@@ -16,6 +17,7 @@ use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
 use crate::td3::POLICY_DESCRIPTION;
 use crate::td3::checkpoint;
+use crate::td3::device::Device;
 use crate::td3::evaluate::{Evaluation, evaluate};
 use crate::td3::outcome::{Ending, Outcome, TrainError};
 use crate::td3::policy::Policy;
@@ -34,12 +36,8 @@ const RESULTS: &str = "seeds.csv";
 /// Episodes that choose among the seeds, the paper's "test number".
 const COMPARED_EPISODES: usize = 50;
 /// The files of the best seed that the folder takes over.
-const OF_THE_BEST: [&str; 4] = [
-    run_folder::CONFIG,
-    run_folder::POLICY,
-    POLICY_DESCRIPTION,
-    run_folder::LEARNING_CURVE,
-];
+const OF_THE_BEST: [&str; 4] =
+    [run_folder::CONFIG, run_folder::POLICY, POLICY_DESCRIPTION, run_folder::LEARNING_CURVE];
 /// What only several seeds can meet.
 #[derive(Debug, Error)]
 pub enum SeedsError {
@@ -100,6 +98,7 @@ pub fn train(
     folder: &Path,
     seeds: SeedRange,
     jobs: usize,
+    device: Option<Device>,
     stop: &AtomicBool,
     json: bool,
 ) -> Result<(), TrainCliError> {
@@ -122,7 +121,7 @@ pub fn train(
                 if seed >= seeds.end || stop.load(Ordering::Relaxed) {
                     return;
                 }
-                let result = train_seed(folder, seed, stop, &bars);
+                let result = train_seed(folder, seed, device, stop, &bars);
                 // Poisoned only by a panic in `push`.
                 if let Ok(mut results) = results.lock() {
                     results.push((seed, result));
@@ -179,18 +178,23 @@ pub fn train(
 fn train_seed(
     folder: &Path,
     seed: u64,
+    device: Option<Device>,
     stop: &AtomicBool,
     bars: &MultiProgress,
 ) -> Result<Outcome, TrainCliError> {
     let folder = run_of(folder, seed);
-    let config = RunConfig::load(&folder.join(run_folder::CONFIG))?;
+    let Configured { config, mut change } = Configured::load(&folder, device)?;
     let robot = Robot::of_trained_run(&folder)?;
     let learning = config.learning();
     let make_env = || -> Box<dyn Env> { Box::new(AntEnv::new(&robot, config.env)) };
     let bar = bars.add(progress_bar(&format!("seed {seed:<3} "), learning.schedule.total_updates()));
     let resume = checkpoint::exists(&folder);
-    let run = Run { learning: &learning, make_env: &make_env, seed: config.seed, folder: &folder, stop };
-    let outcome = run.train(resume, &mut |event| show(&bar, &event));
+    let device = config.device;
+    let run = Run { learning: &learning, make_env: &make_env, seed, device, folder: &folder, stop };
+    let outcome = run.train(resume, &mut |event| {
+        show(&bar, &event);
+        change.note(&event, &config, &folder, &bar);
+    });
     bar.finish_and_clear();
     if let Ok(Outcome { ending: Ending::Done, curve, best, .. }) = &outcome {
         say(&bar, &format!("seed {seed:<3} done: reward {:.1}", curve[*best].reward));

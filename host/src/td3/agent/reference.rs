@@ -112,6 +112,28 @@ fn assert_layers(what: &str, network: &Mlp, flat: &[f32], want: &[Layer]) {
     }
 }
 
+/// Holds an update to the reference: its losses and the critics' targets, then what
+/// `agent` has of derivatives and parameters.
+#[track_caller]
+fn assert_update(number: usize, update: &Update, losses: Losses, target: &[f32], agent: &mut Agent) {
+    assert_near(&format!("update {number}, target"), target, &update.target);
+    assert_near(&format!("update {number}, critic loss"), &[losses.critic as f32], &[update.critic_loss]);
+    for (critic, want) in agent.critics.iter().zip(&update.critic_gradients) {
+        let what = format!("update {number}, gradient of a critic");
+        assert_layers(&what, critic, &critic.gradients, want);
+    }
+    assert_eq!(losses.actor.is_some(), update.actor_loss.is_some());
+    if let (Some(loss), Some(gradients)) = (update.actor_loss, &update.actor_gradients) {
+        assert_near(&format!("update {number}, actor loss"), &[losses.actor.unwrap() as f32], &[loss]);
+        let what = format!("update {number}, gradient of the actor");
+        assert_layers(&what, &agent.actor, &agent.actor.gradients, &gradients[0]);
+    }
+    for (name, copy, network) in networks(agent) {
+        let what = format!("after update {number}, {name} {copy}");
+        assert_layers(&what, network, &network.parameters, &update.after[name][copy]);
+    }
+}
+
 #[test]
 fn two_updates_come_out_as_pytorchs() {
     let reference = Reference::read();
@@ -120,22 +142,25 @@ fn two_updates_come_out_as_pytorchs() {
     for (number, update) in (1..).zip(&reference.updates) {
         let losses = agent.update_with(&update.batch.concat(), &update.normals.concat());
 
-        assert_near(&format!("update {number}, target"), &agent.memory.target, &update.target);
-        assert_near(&format!("update {number}, critic loss"), &[losses.critic as f32], &[update.critic_loss]);
-        for (critic, want) in agent.critics.iter().zip(&update.critic_gradients) {
-            let what = format!("update {number}, gradient of a critic");
-            assert_layers(&what, critic, &critic.gradients, want);
-        }
-        assert_eq!(losses.actor.is_some(), update.actor_loss.is_some());
-        if let (Some(loss), Some(gradients)) = (update.actor_loss, &update.actor_gradients) {
-            assert_near(&format!("update {number}, actor loss"), &[losses.actor.unwrap() as f32], &[loss]);
-            let what = format!("update {number}, gradient of the actor");
-            assert_layers(&what, &agent.actor, &agent.actor.gradients, &gradients[0]);
-        }
-        for (name, copy, network) in networks(&mut agent) {
-            let what = format!("after update {number}, {name} {copy}");
-            assert_layers(&what, network, &network.parameters, &update.after[name][copy]);
-        }
+        let target = agent.memory.target.clone();
+        assert_update(number, update, losses, &target, &mut agent);
+    }
+}
+
+#[cfg(feature = "torch")]
+#[test]
+fn two_updates_on_libtorch_come_out_as_pytorchs() {
+    let reference = Reference::read();
+    let mut agent = reference.agent();
+    let mut torch = super::super::torch::TorchAgent::new(&agent, tch::Device::Cpu).unwrap();
+
+    for (number, update) in (1..).zip(&reference.updates) {
+        torch.update_with(&update.batch.concat(), &update.normals.concat()).unwrap();
+
+        torch.store(&mut agent).unwrap();
+        torch.store_gradients(&mut agent).unwrap();
+        let target = torch.latest_target().unwrap();
+        assert_update(number, update, torch.losses().unwrap(), &target, &mut agent);
     }
 }
 

@@ -87,7 +87,8 @@ fn smoothing_noise_has_the_asked_spread_and_limit() {
     let agent = agent();
     let mut rng = stream(1, Purpose::Smooth, 0);
 
-    let noise: Vec<f32> = (0..20_000).map(|_| agent.smoothing_noise(rng.sample(StandardNormal))).collect();
+    let noise: Vec<f32> =
+        (0..20_000).map(|_| agent.config.smoothing_noise(rng.sample(StandardNormal))).collect();
 
     let spread = (noise.iter().map(|n| n * n).sum::<f32>() / noise.len() as f32).sqrt();
     assert!((spread - 0.2).abs() < 0.005, "{spread}");
