@@ -4,11 +4,9 @@
 //! arithmetic of a trial. Refuses to know the firmware: it speaks
 //! [`protocol`] to whatever answers on a port.
 //!
-//! Feature `train` (default) adds TD3 on libtorch. Without it, the tool still
-//! simulates, fits, uploads and measures.
-//! Features: `sim` adds the rapier world, `train` (default) adds TD3, `torch`
-//! (default) the libtorch that `bench` compares it with. Without any, the tool
-//! still fits, uploads and measures.
+//! Features: `train` (default) adds TD3 on plain memory, `torch` (default) its
+//! updates on libtorch, on the CPU or a GPU, and `bench`, which compares them.
+//! Without either, the tool still simulates, fits, uploads and measures.
 #![deny(unsafe_code)]
 
 pub mod calibration;

@@ -56,8 +56,9 @@ pub struct Args {
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     out: Option<PathBuf>,
 
-    /// What computes the updates: take cpu unless the networks are far wider than the
-    /// presets'; a resumed run keeps its own [default: the configuration's, cpu]
+    /// What computes the updates; a resumed run keeps its own, and on another it does not go
+    /// on bit for bit. `host bench` says how cpu and torch compare here
+    /// [default: the configuration's, cpu]
     #[arg(long, value_enum)]
     device: Option<Device>,
 
@@ -194,7 +195,7 @@ fn train_one(
     bar.finish_and_clear();
     let outcome =
         outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })?;
-    report(&outcome, &config, folder, json);
+    report(&outcome, &config, change.learned_on(&config), folder, json);
     match outcome.ending {
         Ending::Done => Ok(()),
         Ending::Stopped => {
@@ -257,7 +258,7 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
     })
 }
 
-fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {
+fn report(outcome: &Outcome, config: &RunConfig, device: Device, folder: &Path, json: bool) {
     let untrained = &outcome.curve[0];
     let best = &outcome.curve[outcome.best];
     if json {
@@ -265,7 +266,7 @@ fn report(outcome: &Outcome, config: &RunConfig, folder: &Path, json: bool) {
             "run": path_text(folder),
             "policy": path_text(&folder.join(run_folder::POLICY)),
             "seed": config.seed,
-            "device": config.device,
+            "device": device,
             "finished": outcome.ending == Ending::Done,
             "reward_untrained": untrained.reward,
             "reward_trained": best.reward,

@@ -26,8 +26,8 @@ pub struct Configured {
     pub change: Change,
 }
 
-/// A device that the run's folder does not name yet.
-pub struct Change(bool);
+/// The device that the run's folder names, where it is another.
+pub struct Change(Option<Device>);
 
 impl Configured {
     pub fn load(folder: &Path, device: Option<Device>) -> Result<Self, TrainCliError> {
@@ -35,15 +35,20 @@ impl Configured {
         let before = config.device;
         config.device = device.unwrap_or(before);
         check(config.device)?;
-        Ok(Self { change: Change(config.device != before), config })
+        Ok(Self { change: Change((config.device != before).then_some(before)), config })
     }
 }
 
 impl Change {
+    /// What the run last learned on.
+    pub fn learned_on(&self, config: &RunConfig) -> Device {
+        self.0.unwrap_or(config.device)
+    }
+
     /// Writes it once the run has gone on; a run that was done already keeps what it had.
     pub fn note(&mut self, event: &Event, config: &RunConfig, folder: &Path, bar: &ProgressBar) {
-        if self.0 && matches!(event, Event::Round { .. }) {
-            self.0 = false;
+        if self.0.is_some() && matches!(event, Event::Round { .. }) {
+            self.0 = None;
             if let Err(error) = config.save(&folder.join(run_folder::CONFIG)) {
                 let device = config.device;
                 super::say(
