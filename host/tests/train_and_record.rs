@@ -153,7 +153,8 @@ fn seeds_side_by_side_end_as_each_alone_and_the_best_is_taken_over() {
         result["seeds"].as_array().unwrap().iter().map(|seed| seed["reward"].as_f64().unwrap()).collect();
     let best = if rewards[0] >= rewards[1] { 3 } else { 4 };
     assert_eq!(result["seed"], best);
-    for file in [run_folder::CONFIG, run_folder::ROBOT, run_folder::POLICY, run_folder::LEARNING_CURVE] {
+    let robot = format!("{}/robot.toml", run_folder::ROBOT);
+    for file in [run_folder::CONFIG, &robot, run_folder::POLICY, run_folder::LEARNING_CURVE] {
         assert_eq!(read(&format!("both/{file}")), read(&format!("both/seed-{best}/{file}")), "{file}");
     }
     let csv = String::from_utf8(read("both/seeds.csv")).unwrap();

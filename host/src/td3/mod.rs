@@ -2,7 +2,7 @@
 //!
 //! Owns the algorithm and a run's learning files. Refuses to know rapier: a
 //! task is an [`Env`]. The same seed gives the same run bit for bit on the same
-//! machine, interrupted or not.
+//! machine and [`device::Device`], interrupted or not; of CUDA that is not known.
 //!
 //! `configs/paper.toml` is the paper, each reading with its reason. What no
 //! number in that file can undo, and why:
