@@ -84,7 +84,8 @@ fn a_torso_of_another_mass_has_inertia_in_proportion_and_the_same_servos() {
     heavy.mass.torso_kg *= 2.0;
 
     let (heavy_torso, torso) = (Limbs::of(&heavy).torso.inertia, Limbs::of(&ant()).torso.inertia);
-    let frame = ant().drawn.torso[0].inertia.tensor_kg_m2;
+    let drawn = &ant().drawn.torso[0].inertia;
+    let frame = drawn.tensor_kg_m2 * (ant().mass.torso_kg / drawn.mass_kg);
     assert!((heavy_torso.mass_kg - torso.mass_kg - ant().mass.torso_kg).abs() < 1e-12);
     assert!((heavy_torso.tensor_kg_m2 - torso.tensor_kg_m2 - frame).amax() < 1e-9 + 1e-6 * frame.amax());
 }

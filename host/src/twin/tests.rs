@@ -80,7 +80,7 @@ fn a_planted_friction_is_found_again_and_does_not_depend_on_the_number_of_cores(
     let mut start = ant();
     start.ground.friction = 0.4;
     let parameters = Parameter::choose(&["ground.friction".to_owned()]).expect("a parameter");
-    let budget = Budget { seed: 3, evaluations: 28, begin: Begin::Description, ..Budget::default() };
+    let budget = Budget { seed: 3, evaluations: 100, first_step: 0.1, ..Budget::default() };
 
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -74,8 +74,8 @@ fn a_setpoint_step_is_followed_no_faster_than_the_servo_turns() {
     assert!(fastest_rad_s < 1.1 * limit_rad_s, "{fastest_rad_s} rad/s");
     // The knee lifts a quarter of the robot and lags, but it does turn.
     assert!(fastest_rad_s > 0.15 * limit_rad_s, "{fastest_rad_s} rad/s");
-    // It carries half the robot then, and sags under it.
-    assert!((0.4..0.75).contains(&world.joint_angles_rad()[4]), "{}", world.joint_angles_rad()[4]);
+    // It carries half the robot then, and sags under it as far as its torque does not reach.
+    assert!((0.1..0.7).contains(&world.joint_angles_rad()[4]), "{}", world.joint_angles_rad()[4]);
 }
 
 #[test]
