@@ -142,9 +142,17 @@ impl Robot {
     /// [`FileError`] naming what cannot be written.
     pub fn save(&self, folder: &Path) -> Result<(), FileError> {
         std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
-        // The description last: where it is, the folder is whole.
-        run_folder::write(&folder.join(&self.model.file), self.drawn.text.as_bytes())?;
-        run_folder::write(&folder.join(DESCRIPTION), self.to_toml().as_bytes())
+        // The description last: where it is, the folder is whole. One that is
+        // of another body goes first.
+        let (model, description) = (folder.join(&self.model.file), folder.join(DESCRIPTION));
+        if std::fs::read(&model).ok().is_some_and(|text| text == self.drawn.text.as_bytes()) {
+            return run_folder::write(&description, self.to_toml().as_bytes());
+        }
+        if description.exists() {
+            std::fs::remove_file(&description).map_err(FileError::on("replace", &description))?;
+        }
+        run_folder::write(&model, self.drawn.text.as_bytes())?;
+        run_folder::write(&description, self.to_toml().as_bytes())
     }
 
     /// The description.

@@ -69,13 +69,14 @@ pub enum ModelError {
         most: usize,
     },
     /// Elements in elements in elements.
-    #[error("its elements are nested {depth} deep, but must be at most {most}; is a closing tag missing?")]
+    #[error("its elements are nested more than {most} deep; is a closing tag missing?")]
     TooDeep {
-        /// How deep.
-        depth: usize,
         /// Limit.
         most: usize,
     },
+    /// No parser would get far.
+    #[error("it is no XML; correct what the cause names")]
+    Xml(#[source] Box<quick_xml::Error>),
     /// A body in several files cannot be kept with a run.
     #[error("it takes in other files by <{tag}>; put everything into one file")]
     Include {

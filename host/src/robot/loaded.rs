@@ -6,6 +6,8 @@ use super::error::ModelError;
 use super::inertia::Inertia;
 use super::solid::{Shape, Solid};
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use quick_xml::Reader;
+use quick_xml::events::Event;
 use rapier3d::prelude::*;
 
 /// A robot of eight servos takes a few kilobytes.
@@ -17,38 +19,36 @@ const MOST: f64 = 1000.0;
 /// What the engine's single precision may differ by, as a share.
 const SINGLE: f64 = 1e-6;
 
-/// Refuses a text that would take a parser's memory or stack.
-pub fn check_text(text: &str) -> Result<(), ModelError> {
+/// Refuses a text that would take a parser's memory or stack, that has parts
+/// in other files by one of the `other_files` elements, or that is no XML.
+pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelError> {
     if text.len() > MOST_BYTES {
         return Err(ModelError::TooLong { bytes: text.len(), most: MOST_BYTES });
     }
-    let depth = depth(text);
-    if depth > MOST_DEPTH { Err(ModelError::TooDeep { depth, most: MOST_DEPTH }) } else { Ok(()) }
-}
-
-/// How deep a text's elements are nested, at most; comments and the like aside.
-fn depth(text: &str) -> usize {
-    let (mut depth, mut most) = (0_usize, 0);
-    let mut rest = text;
-    while let Some(start) = rest.find('<') {
-        rest = &rest[start + 1..];
-        let end_mark = if rest.starts_with("!--") { "-->" } else { ">" };
-        let Some(end) = rest.find(end_mark) else { break };
-        let tag = &rest[..end];
-        if let Some(first) = tag.chars().next() {
-            match first {
-                '!' | '?' => {}
-                '/' => depth = depth.saturating_sub(1),
-                _ if tag.ends_with('/') => most = most.max(depth + 1),
-                _ => {
-                    depth += 1;
-                    most = most.max(depth);
-                }
+    let mut reader = Reader::from_str(text);
+    let mut depth = 0_usize;
+    loop {
+        let (tag, opens) = match reader.read_event().map_err(|e| ModelError::Xml(Box::new(e)))? {
+            Event::Eof => return Ok(()),
+            Event::DocType(_) => return Err(ModelError::Unsupported { what: "a <!DOCTYPE>".to_owned() }),
+            Event::End(_) => {
+                depth = depth.saturating_sub(1);
+                continue;
             }
+            Event::Start(tag) => (tag, true),
+            Event::Empty(tag) => (tag, false),
+            _ => continue,
+        };
+        // Whatever its prefix: parsers go by the local name.
+        let name = tag.local_name();
+        if let Some(tag) = other_files.iter().find(|tag| tag.as_bytes() == name.as_ref()) {
+            return Err(ModelError::Include { tag });
         }
-        rest = &rest[end..];
+        if depth + 1 > MOST_DEPTH {
+            return Err(ModelError::TooDeep { most: MOST_DEPTH });
+        }
+        depth += usize::from(opens);
     }
-    most
 }
 
 /// Refuses what is no number, or none of a robot's.

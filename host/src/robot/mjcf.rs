@@ -18,12 +18,7 @@ use std::path::Path;
 
 /// Reads a file's text.
 pub fn read(text: &str) -> Result<Raw, ModelError> {
-    loaded::check_text(text)?;
-    for tag in ["include", "attach"] {
-        if text.contains(&format!("<{tag}")) {
-            return Err(ModelError::Include { tag });
-        }
-    }
+    loaded::check_text(text, &["include", "attach"])?;
     let mut model = Model::from_str(text, Path::new("")).map_err(|e| ModelError::Mjcf(Box::new(e)))?;
     check(&mut model)?;
     let robot = MjcfRobot::from_model(&model, MjcfLoaderOptions::default(), Path::new(""));

@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// Reads a file's text.
 pub fn read(text: &str) -> Result<Raw, ModelError> {
-    loaded::check_text(text)?;
+    loaded::check_text(text, &[])?;
     let model = urdf_rs::read_from_string(text).map_err(|e| ModelError::Urdf(Box::new(e)))?;
     model.links.iter().try_for_each(check_link)?;
     for joint in &model.joints {

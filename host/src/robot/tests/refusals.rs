@@ -234,11 +234,16 @@ fn springs_equalities_and_files_in_files_are_refused() {
     says(&changed("ant.xml", "</worldbody>", loops), &["<equality>"]);
     let more = "<worldbody><include file=\"/dev/zero\"/>";
     says(&changed("ant.xml", "<worldbody>", more), &["<include>", "one file"]);
+    let prefixed = "<worldbody><x:include xmlns:x=\"u\" file=\"/dev/zero\"/>";
+    says(&changed("ant.xml", "<worldbody>", prefixed), &["<include>", "one file"]);
+    says(&changed("ant.xml", "<mujoco", "<!DOCTYPE mujoco><mujoco"), &["<!DOCTYPE>"]);
 }
 
 #[test]
 fn a_text_that_is_no_model_does_no_harm() {
     let deep = "<body>".repeat(100_000);
+    // An attribute may hold what looks like a tag's end.
+    let disguised = "<body name=\"/>\">".repeat(30_000);
     let long = " ".repeat(2_000_000);
     for (text, said) in [
         ("", "no MJCF"),
@@ -246,8 +251,9 @@ fn a_text_that_is_no_model_does_no_harm() {
         ("<mujoco>", "no MJCF"),
         ("<mujoco/>", "model.torso"),
         ("<robot/>", ""),
-        ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "no MJCF"),
+        ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "no XML"),
         (deep.as_str(), "nested"),
+        (disguised.as_str(), "nested"),
         (long.as_str(), "2000000"),
     ] {
         let drawn = Drawn::read(&ant().model, text.to_owned());
