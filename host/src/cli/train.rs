@@ -236,6 +236,9 @@ fn prepare_folder(args: &Args, config: &RunConfig) -> Result<PathBuf, TrainCliEr
     if folder.join(run_folder::CONFIG).exists() || folder.join(SEEDS).exists() {
         return Err(TrainCliError::Taken { folder: folder.display().to_string() });
     }
+    if let Some(run) = args.seeds.and_then(|seeds| seeds::taken(seeds, folder)) {
+        return Err(TrainCliError::Taken { folder: run.display().to_string() });
+    }
     std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
     Ok(folder.clone())
 }

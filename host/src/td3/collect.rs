@@ -62,7 +62,7 @@ pub struct Order {
     pub policy: Option<Policy>,
     /// Standard deviation of the noise on the policy's actions.
     pub noise: f32,
-    /// Share of the noise that a step hands on to the next of the same episode.
+    /// Share of the noise that a step hands on to the next, over an episode's end, too.
     pub correlation: f32,
 }
 

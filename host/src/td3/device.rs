@@ -16,7 +16,7 @@ pub enum Device {
     Cpu,
     /// libtorch on the CPU: the same update by other code, to compare with.
     Torch,
-    /// libtorch on the first NVIDIA GPU; one with networks as small as the presets' is mostly idle.
+    /// libtorch on the first NVIDIA GPU; expect little of it with networks as small as the presets'.
     Cuda,
 }
 

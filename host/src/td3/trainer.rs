@@ -225,6 +225,14 @@ impl Run<'_> {
         let policy = state.learner.policy()?;
         let episodes = self.learning.schedule.evaluation_episodes;
         let evaluation = evaluate(&policy, self.make_env, (self.seed, Purpose::EvaluationEpisode), episodes);
+        if !(evaluation.reward.is_finite() && evaluation.speed_m_s.is_finite()) {
+            let Losses { critic, q_mean, .. } = state.progress.losses;
+            return Err(TrainError::Diverged {
+                updates: state.learner.updates(),
+                critic_loss: critic,
+                q_mean,
+            });
+        }
         let progress = &mut state.progress;
         let point = CurvePoint {
             env_steps: progress.env_steps,

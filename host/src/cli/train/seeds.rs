@@ -80,6 +80,13 @@ pub fn prepare(
     Ok(run_folder::write(&folder.join(SEEDS), format!("{text}\n").as_bytes())?)
 }
 
+/// A run that stands where one of these seeds would be trained.
+pub fn taken(seeds: SeedRange, folder: &Path) -> Option<PathBuf> {
+    (seeds.first..seeds.end)
+        .map(|seed| run_of(folder, seed))
+        .find(|run| run.join(run_folder::CONFIG).exists() || checkpoint::exists(run))
+}
+
 fn run_of(folder: &Path, seed: u64) -> PathBuf {
     folder.join(format!("seed-{seed}"))
 }
@@ -202,6 +209,12 @@ fn train_seed(
     outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })
 }
 
+/// What candidates are compared by; one that is no number is the worst.
+fn reward(candidate: &Candidate) -> f64 {
+    let reward = candidate.evaluation.reward;
+    if reward.is_nan() { f64::NEG_INFINITY } else { reward }
+}
+
 /// Plays every seed's best policy on the same episodes.
 fn compare(folder: &Path, ended: Vec<(u64, Option<Outcome>)>) -> Result<Vec<Candidate>, TrainCliError> {
     let mut candidates = Vec::new();
@@ -220,9 +233,7 @@ fn compare(folder: &Path, ended: Vec<(u64, Option<Outcome>)>) -> Result<Vec<Cand
 /// Takes over the best seed's files, and says what every seed came to.
 fn report(folder: &Path, candidates: &[Candidate], json: bool) -> Result<(), TrainCliError> {
     // The first of several that are alike; every range has a seed.
-    let Some(best) =
-        candidates.iter().rev().max_by(|a, b| a.evaluation.reward.total_cmp(&b.evaluation.reward))
-    else {
+    let Some(best) = candidates.iter().rev().max_by(|a, b| reward(a).total_cmp(&reward(b))) else {
         return Ok(());
     };
     let mut csv = String::from("seed,reward,speed_m_s,episode_steps,updates,wall_s,ending\n");
