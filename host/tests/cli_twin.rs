@@ -117,6 +117,10 @@ fn what_is_wrong_with_files_and_flags_is_told_with_its_exit_code() {
     desk.twin("validate", &["--method", "gallop"]).assert().code(3).stderr(contains("trot, wide"));
     desk.twin("validate", &["--sample-time", "9"]).assert().code(2).stderr(contains("0.02 to 1"));
     desk.twin("fit", &["--vary", "colour"]).assert().code(2).stderr(contains("ground.friction"));
+    desk.twin("fit", &["--vary", "ground.friction=0.9:0.2"]).assert().code(2).stderr(contains("MIN:MAX"));
+    let elsewhere = ["--vary", "ground.friction=1:2", "--budget", "20"];
+    desk.twin("fit", &elsewhere).assert().code(3).stderr(contains("from 1 to 2").and(contains("--vary")));
+    desk.twin("fit", &["--budget", "10000000000000000000"]).assert().code(2).stderr(contains("1000000"));
     desk.twin("fit", &["--method", "wide"]).assert().code(3).stderr(contains("too few"));
     desk.twin("fit", &["--budget", "3"]).assert().code(3).stderr(contains("20"));
     desk.write("trials.csv", &format!("{TRIALS}1.0,trot,1,0.6,0,1.2,3\n"));

@@ -66,10 +66,12 @@ struct FitArgs {
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
     seed: u64,
     /// Sets of parameters to try
-    #[arg(long, default_value_t = Budget::default().evaluations, value_name = "EVALUATIONS")]
+    #[arg(long, default_value_t = Budget::default().evaluations, value_name = "EVALUATIONS",
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     budget: u64,
-    /// Parameters to fit, by their name in the description; may be given more than once
-    #[arg(long, value_name = "NAME")]
+    /// Parameters to fit, by their name in the description, and where to look: the Ant's range
+    /// unless told otherwise; may be given more than once
+    #[arg(long, value_name = "NAME[=MIN:MAX]")]
     vary: Vec<String>,
     /// Begin at the description's own values only, instead of anywhere
     #[arg(long)]

@@ -15,6 +15,8 @@ const DIFFERENCE: f64 = 0.02;
 const FINE_ERROR: f64 = 0.01;
 /// Dampings that are tried at once, as multiples of the last one's.
 const DAMPINGS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
+/// Makes the least of them ten times the largest that has just failed.
+const BEYOND_ALL_DAMPINGS: f64 = 10_000.0;
 /// Where nothing is gained beyond that, it is the bottom.
 const LEAST_GAIN: f64 = 2e-4;
 /// Nor with this damping.
@@ -27,6 +29,8 @@ pub struct Descent {
     /// What they come to.
     pub verdict: Verdict,
     damping: f64,
+    /// Change of each error per share of each parameter, here.
+    slopes: Option<DMatrix<f64>>,
 }
 
 impl Descent {
@@ -34,7 +38,7 @@ impl Descent {
     pub fn new(objective: &Objective<'_>, shares: &[f64]) -> Self {
         let shares: Vec<f64> = shares.iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let verdict = objective.judge(&shares);
-        Self { shares, verdict, damping: 0.1 }
+        Self { shares, verdict, damping: 0.1, slopes: None }
     }
 
     /// Sets that a step judges.
@@ -44,7 +48,7 @@ impl Descent {
 
     /// One step; `false` at the bottom.
     pub fn step(&mut self, objective: &Objective<'_>) -> bool {
-        let slopes = self.slopes(objective);
+        let slopes = self.slopes.take().unwrap_or_else(|| self.slopes(objective));
         let steps: Vec<Vec<f64>> =
             DAMPINGS.iter().map(|factor| self.solve(&slopes, self.damping * factor)).collect();
         let verdicts: Vec<Verdict> = steps.par_iter().map(|shares| objective.judge(shares)).collect();
@@ -61,13 +65,13 @@ impl Descent {
                 gained > LEAST_GAIN * self.verdict.score
             }
             _ => {
-                self.damping *= 1000.0;
+                self.slopes = Some(slopes);
+                self.damping *= BEYOND_ALL_DAMPINGS;
                 self.damping < MOST_DAMPING
             }
         }
     }
 
-    /// Change of each error per share of each parameter.
     fn slopes(&self, objective: &Objective<'_>) -> DMatrix<f64> {
         let columns: Vec<Vec<f64>> = (0..self.shares.len())
             .into_par_iter()

@@ -134,6 +134,26 @@ pub enum TwinError {
         /// What there is.
         has: String,
     },
+    /// No range of a parameter.
+    #[error("{text:?} is no parameter with a range; write NAME=MIN:MAX, such as ground.friction=0.2:0.9")]
+    Range {
+        /// What was asked for.
+        text: String,
+    },
+    /// The search would not look where the robot is.
+    #[error(
+        "{name} is {value} in the robot's description, but the search looks from {min} to {max}; name a range with --vary {name}=MIN:MAX, along with every other parameter to fit"
+    )]
+    Elsewhere {
+        /// Which parameter.
+        name: &'static str,
+        /// What the description says.
+        value: f64,
+        /// Least that is searched.
+        min: f64,
+        /// Most that is searched.
+        max: f64,
+    },
     /// The fitted numbers make no robot.
     #[error(transparent)]
     Robot(#[from] RobotError),

@@ -119,10 +119,11 @@ pub fn fit(
     budget: &Budget,
     progress: &mut dyn FnMut(&Progress<'_>) -> bool,
 ) -> Result<Fit, TwinError> {
-    let objective = Objective::new(start, tables, trials, parameters)?;
+    let objective = Objective::new(start, tables, trials, parameters, budget.seed)?;
     if objective.conditions() < LEAST_CONDITIONS {
         return Err(TwinError::TooFew { conditions: objective.conditions(), needed: LEAST_CONDITIONS });
     }
+    parameters.iter().try_for_each(|parameter| parameter.check(start))?;
     if budget.evaluations < LEAST_EVALUATIONS || parameters.is_empty() {
         return Err(no_budget(parameters.len(), budget));
     }
@@ -140,13 +141,8 @@ pub fn fit(
     let Some(Verdict { score, mut robot, .. }) = best else {
         return Err(no_budget(parameters.len(), budget));
     };
-    let mut methods: Vec<String> = trials.measured.keys().map(|gait| gait.method.clone()).collect();
-    methods.dedup();
-    let evaluations = objective.evaluations();
-    let (free_power, baseline_power) = objective.lines(&robot);
     let of_fit = record(&mut robot);
-    (of_fit.free_power, of_fit.baseline_power) = (free_power, baseline_power);
-    (of_fit.methods, of_fit.seed, of_fit.evaluations) = (methods, budget.seed, evaluations);
+    of_fit.evaluations = objective.evaluations();
     of_fit.spread = objective.spread(score);
     robot.check()?;
     Ok(Fit { robot, stopped })

@@ -6,17 +6,17 @@
 use super::files::{Gait, Tables, Trials};
 use super::parameters::{Parameter, record};
 use super::predict::{Prediction, TRIAL_S, mean_step_rad, predict};
-use super::score::{line_to, mean_relative_error};
+use super::score::line_to;
 use super::{Measured, TwinError, power};
-use crate::robot::{PowerLine, Robot};
+use crate::robot::{PowerLine, Robot, TwinRecord};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 /// Sets that score within this share of the best are about as good.
 const ABOUT_AS_GOOD: f64 = 0.1;
-/// The score of a robot that fell, or did not walk.
-const OUT: f64 = 10.0;
+/// The score of a robot that fell, or did not walk: worse than any that did.
+const OUT: f64 = 2.0 * MOST_ERROR;
 /// An error counts as no more than that many times what was measured, so that
 /// a robot that hardly walks has a cost of transport that can be reckoned with.
 const MOST_ERROR: f64 = 5.0;
@@ -45,6 +45,8 @@ pub struct Objective<'a> {
     parameters: &'a [Parameter],
     cases: Vec<Case>,
     weight_n: f64,
+    methods: Vec<String>,
+    seed: u64,
     tried: Mutex<Vec<(Vec<f64>, f64)>>,
 }
 
@@ -56,6 +58,7 @@ impl<'a> Objective<'a> {
         tables: &Tables,
         trials: &Trials,
         parameters: &'a [Parameter],
+        seed: u64,
     ) -> Result<Self, TwinError> {
         let case = |(gait, measured): (&Gait, &Measured)| {
             Ok(Case {
@@ -65,7 +68,10 @@ impl<'a> Objective<'a> {
             })
         };
         let cases = trials.measured.iter().map(case).collect::<Result<_, TwinError>>()?;
-        Ok(Self { start, parameters, cases, weight_n: trials.weight_n, tried: Mutex::default() })
+        let mut methods: Vec<String> = trials.measured.keys().map(|gait| gait.method.clone()).collect();
+        methods.dedup();
+        let weight_n = trials.weight_n;
+        Ok(Self { start, parameters, cases, weight_n, methods, seed, tried: Mutex::default() })
     }
 
     /// Gaits that it looks at.
@@ -95,6 +101,10 @@ impl<'a> Objective<'a> {
     }
 
     fn judge_robot(&self, mut robot: Robot) -> Verdict {
+        if robot.check().is_err() {
+            // A foot larger than a short shin bears, for one.
+            return Verdict { score: OUT, errors: vec![MOST_ERROR; 3 * self.cases.len()], robot };
+        }
         let predictions = self.play(&robot);
         let measured = |k: usize| -> Vec<f64> { self.cases.iter().map(|case| case.measured[k]).collect() };
         robot.power = power::best(&robot.power, &predictions, &measured(1));
@@ -110,10 +120,20 @@ impl<'a> Objective<'a> {
         let errors: Vec<f64> =
             errors.map(|e| if e.is_finite() { e.clamp(-1.0, MOST_ERROR) } else { MOST_ERROR }).collect();
         let walks = predictions.iter().all(|prediction| !prediction.fell && prediction.speed_m_s >= 1e-3);
-        let score =
-            all.iter().enumerate().map(|(k, e)| mean_relative_error(e, &measured(k))).sum::<f64>() / 3.0;
+        let score = errors.iter().map(|error| error.abs()).sum::<f64>() / errors.len().max(1) as f64;
         let score = if walks && score.is_finite() { score } else { OUT };
-        record(&mut robot).score = score;
+        let work: Vec<f64> = predictions.iter().map(|prediction| prediction.mechanical_w).collect();
+        // Nothing of an earlier fit may be taken for this one's.
+        *record(&mut robot) = TwinRecord {
+            score,
+            methods: self.methods.clone(),
+            free_power: line_to(&work, &measured(1)),
+            baseline_power: self.baseline_power(),
+            seed: self.seed,
+            evaluations: 0,
+            spread: BTreeMap::new(),
+            ..record(&mut robot).clone()
+        };
         Verdict { score, errors, robot }
     }
 
@@ -125,12 +145,11 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
-    /// The free power model, and the one without physics.
-    pub fn lines(&self, robot: &Robot) -> (PowerLine, PowerLine) {
+    /// The line to power over the tables' steps, without physics.
+    fn baseline_power(&self) -> PowerLine {
         let measured_w: Vec<f64> = self.cases.iter().map(|case| case.measured[1]).collect();
-        let work: Vec<f64> = self.play(robot).iter().map(|prediction| prediction.mechanical_w).collect();
         let steps: Vec<f64> = self.cases.iter().map(|case| mean_step_rad(&case.angles_rad)).collect();
-        (line_to(&work, &measured_w), line_to(&steps, &measured_w))
+        line_to(&steps, &measured_w)
     }
 
     /// Standard deviation of each parameter over the sets that are about as good as `best`.
@@ -143,6 +162,7 @@ impl<'a> Objective<'a> {
             .collect();
         // Threads note their sets in any order, and sums of floats depend on it.
         good.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        good.dedup();
         let count = good.len().max(1) as f64;
         let deviation = |k: usize| {
             let mean = good.iter().map(|values| values[k]).sum::<f64>() / count;

@@ -110,24 +110,48 @@ impl Parameter {
         (self.min + (self.max - self.min) * share).clamp(self.min, self.max)
     }
 
+    /// Refuses to search where the robot is not, as with a robot of another size.
+    ///
+    /// # Errors
+    /// [`TwinError::Elsewhere`] if the description's value lies outside the range.
+    pub fn check(&self, robot: &Robot) -> Result<(), TwinError> {
+        let value = self.value_of(robot);
+        if (self.min..=self.max).contains(&value) {
+            return Ok(());
+        }
+        Err(TwinError::Elsewhere { name: self.name, value, min: self.min, max: self.max })
+    }
+
     /// Puts a value into the robot's description.
     pub fn put(&self, robot: &mut Robot, value: f64) {
         (self.set)(robot, value);
     }
 
-    /// The named ones, or those that a fit changes by default.
+    /// The named ones, or those that a fit changes by default. A name may be
+    /// followed by a range, `=MIN:MAX`; then a search begins in its middle.
     ///
     /// # Errors
-    /// [`TwinError::Parameter`] for a name that is none.
+    /// [`TwinError::Parameter`] for a name that is none, [`TwinError::Range`]
+    /// for a range that is none.
     pub fn choose(names: &[String]) -> Result<Vec<Self>, TwinError> {
         if names.is_empty() {
             return Ok(PARAMETERS.into_iter().filter(|parameter| parameter.by_default).collect());
         }
-        let find = |name: &String| {
-            PARAMETERS.into_iter().find(|parameter| parameter.name == name).ok_or_else(|| {
+        let find = |text: &String| {
+            let (name, range) = text.split_once('=').map_or((text.as_str(), None), |(n, r)| (n, Some(r)));
+            let known = PARAMETERS.into_iter().find(|parameter| parameter.name == name).ok_or_else(|| {
                 let has: Vec<_> = PARAMETERS.iter().map(|parameter| parameter.name).collect();
-                TwinError::Parameter { name: name.clone(), has: has.join(", ") }
-            })
+                TwinError::Parameter { name: name.to_owned(), has: has.join(", ") }
+            })?;
+            let Some(range) = range else { return Ok(known) };
+            let ends =
+                range.split_once(':').and_then(|(min, max)| Some((min.parse().ok()?, max.parse().ok()?)));
+            match ends {
+                Some((min, max)) if f64::is_finite(min) && f64::is_finite(max) && min < max => {
+                    Ok(Self { min, max, first: 0.5 * (min + max), ..known })
+                }
+                _ => Err(TwinError::Range { text: text.clone() }),
+            }
         };
         names.iter().map(find).collect()
     }
