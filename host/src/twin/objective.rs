@@ -112,10 +112,9 @@ impl<'a> Objective<'a> {
         let powers: Vec<f64> =
             predictions.iter().map(|prediction| power::of(&robot.power, prediction)).collect();
         let costs: Vec<f64> = powers.iter().zip(&speeds).map(|(p, v)| p / (self.weight_n * v)).collect();
-        let all = [speeds, powers, costs];
-        let errors = all.iter().enumerate().flat_map(|(k, predicted)| {
-            let errors: Vec<f64> = predicted.iter().zip(measured(k)).map(|(p, m)| p / m - 1.0).collect();
-            errors
+        let errors = [speeds, powers, costs].into_iter().enumerate().flat_map(|(k, predicted)| {
+            let error_of = |(predicted, measured): (f64, f64)| predicted / measured - 1.0;
+            predicted.into_iter().zip(measured(k)).map(error_of).collect::<Vec<f64>>()
         });
         let errors: Vec<f64> =
             errors.map(|e| if e.is_finite() { e.clamp(-1.0, MOST_ERROR) } else { MOST_ERROR }).collect();
