@@ -45,7 +45,7 @@ pub struct Td3Config {
     /// Standard deviation of the noise on the actions that gather experience.
     pub exploration_noise: f32,
     /// Share of that noise that a control step hands on to the next; 0 is the
-    /// paper's white noise, which a servo of 2 rad/s hardly follows.
+    /// paper's white noise, which a servo of 3 rad/s hardly follows.
     pub exploration_correlation: f32,
     /// Transitions an update.
     pub batch_size: usize,
