@@ -3,12 +3,14 @@
 #   make setup   what plain cargo needs: packages, libtorch, the AVR toolchain, ravedude
 #   make demo    train, record, fit, start the virtual robot, upload, measure (SEED=1 for another gait)
 #   make test    every check that a change must pass
-#   make bench-peers   PyTorch's TD3 update against ours, in turns (downloads torch)
+#   make bench-peers   PyBullet, MuJoCo, PyTorch, Stable-Baselines3 against ours (6 GB in .deps)
 #   make firmware / make clean
 
 SEED ?= 0
 PRESET ?= quick
 AMP ?= 2.2
+# Arguments of bench-peers: PEERS="--rounds 3 --updates 400 --json"
+PEERS ?=
 
 # The rooms find each other below this folder.
 unexport CARGO_TARGET_DIR
@@ -38,11 +40,13 @@ demo: firmware
 test: deps
 	scripts/check
 
+# A folder without a pip of its own: that would need Debian's python3-venv.
 bench-peers: deps
 	cargo build --locked --release -p host
-	test -x .deps/peers/bin/python || python3 -m venv .deps/peers
-	.deps/peers/bin/pip install --quiet torch numpy
-	.deps/peers/bin/python scripts/bench-peers.py target/release/host
+	test -x .deps/peers/bin/python || python3 -m venv --without-pip .deps/peers
+	python3 -m pip --python .deps/peers/bin/python install --quiet -r scripts/peers/requirements.txt
+	.deps/peers/bin/python scripts/bench-peers.py --check
+	.deps/peers/bin/python scripts/bench-peers.py target/release/host $(PEERS)
 
 clean:
 	cargo clean

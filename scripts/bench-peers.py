@@ -1,104 +1,234 @@
 #!/usr/bin/env python3
-"""PyTorch's TD3 update against ours, in turns on the same machine (make bench-peers).
+"""Ours against PyBullet, MuJoCo, PyTorch and Stable-Baselines3, in turns (make bench-peers).
 
-Networks, batch and constants are Table 1's; batches are drawn from a buffer as
-long. "plain" is the loop as most write it; "fused" saves what PyTorch lets one
-save: fused Adam, both critics in one loss, targets moved by one foreach call.
-One thread each. Prints ratios within a round, and their spread.
+The task, the learner's sizes and the steps an update are host/configs/paper.toml's,
+of which every round trains a stated fraction, evaluation included. Each kind of work
+takes its turn in every round; ratios are made within a round and printed with their
+spread. docs/learning.md, "Speed", says what differs between the engines. --check
+measures nothing but holds the peers' bodies and task against each other.
 """
 
+import argparse
 import json
-import statistics
+import os
+import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 
-import torch
-from torch import nn
+sys.dont_write_bytecode = True
+# PyBullet prints to file 1 from C, whenever its buffer likes; that file is for the result.
+sys.stdout = os.fdopen(os.dup(1), "w", buffering=1)
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+REQUIREMENTS = pathlib.Path(__file__).resolve().parent / "peers/requirements.txt"
+try:
+    import mujoco  # noqa: F401
+    import numpy as np
+    import pybullet  # noqa: F401
+    import stable_baselines3  # noqa: F401
+    import torch
+except ImportError as missing:
+    sys.exit(
+        f"bench-peers: {missing.name} is not installed for {sys.executable}\n"
+        f"next: make bench-peers, or python3 -m pip --python {sys.executable} install -r {REQUIREMENTS}"
+    )
 
-OBSERVATION, ACTION, WIDTH, BATCH, BUFFER = 27, 8, 128, 128, 20_000
-ROUNDS, UPDATES = 7, 300
+from peers import body, check, plain_td3, report, sb3_td3
+from peers.bullet_ant import BulletAnt
+from peers.mujoco_ants import MujocoAnts
+from peers.task import Task, Unsupported, trot
 
-
-def network(inputs, outputs):
-    layers = []
-    for _ in range(3):
-        layers += [nn.Linear(inputs, WIDTH), nn.ReLU()]
-        inputs = WIDTH
-    return nn.Sequential(*layers, nn.Linear(WIDTH, outputs))
-
-
-class Learner:
-    def __init__(self, fused):
-        self.actor, self.target_actor = network(OBSERVATION, ACTION), network(OBSERVATION, ACTION)
-        self.critics = [network(OBSERVATION + ACTION, 1) for _ in range(2)]
-        self.target_critics = [network(OBSERVATION + ACTION, 1) for _ in range(2)]
-        nets = [self.actor, *self.critics]
-        slow = [self.target_actor, *self.target_critics]
-        for fast, target in zip(nets, slow):
-            target.load_state_dict(fast.state_dict())
-        self.fused = fused
-        self.actor_adam = torch.optim.Adam(self.actor.parameters(), lr=3e-4, fused=fused)
-        parameters = [p for critic in self.critics for p in critic.parameters()]
-        self.critics_adam = torch.optim.Adam(parameters, lr=1e-3, fused=fused)
-        self.fast_parameters = [p for net in nets for p in net.parameters()]
-        self.slow_parameters = [p for net in slow for p in net.parameters()]
-        self.observation, self.following = torch.randn(BUFFER, OBSERVATION), torch.randn(BUFFER, OBSERVATION)
-        self.action = torch.rand(BUFFER, ACTION) * 2 - 1
-        self.reward, self.continuation = torch.randn(BUFFER, 1), torch.ones(BUFFER, 1)
-        self.updates = 0
-
-    def update(self):
-        self.updates += 1
-        rows = torch.randint(BUFFER, (BATCH,))
-        observation, action, following = self.observation[rows], self.action[rows], self.following[rows]
-        with torch.no_grad():
-            noise = (torch.randn_like(action) * 0.2).clamp_(-0.5, 0.5)
-            judged = torch.cat([following, (self.target_actor(following).tanh() + noise).clamp_(-1, 1)], 1)
-            smaller = torch.min(self.target_critics[0](judged), self.target_critics[1](judged))
-            target = self.reward[rows] + 0.99 * self.continuation[rows] * smaller
-        judged = torch.cat([observation, action], 1)
-        loss = sum(nn.functional.mse_loss(critic(judged), target) for critic in self.critics)
-        self.critics_adam.zero_grad(set_to_none=True)
-        loss.backward()
-        self.critics_adam.step()
-        if self.updates % 2 == 0:
-            loss = -self.critics[0](torch.cat([observation, self.actor(observation).tanh()], 1)).mean()
-            self.actor_adam.zero_grad(set_to_none=True)
-            loss.backward()
-            self.actor_adam.step()
-            with torch.no_grad():
-                if self.fused:
-                    torch._foreach_lerp_(self.slow_parameters, self.fast_parameters, 0.005)
-                else:
-                    for slow, fast in zip(self.slow_parameters, self.fast_parameters):
-                        slow.mul_(0.995).add_(fast, alpha=0.005)
+# Of a slice; about as long as ours in `host bench`.
+WALKING_STEPS = {"MuJoCo": 8_000, "PyBullet": 2_400}
+UPDATES = 300
+# Updates of the trials that tell how a peer trains fastest.
+TRIAL_UPDATES = 40
 
 
-def rate(learner):
+class Budget:
+    """A part of the schedule that both peers can keep to: robots step together, so several updates follow."""
+
+    def __init__(self, schedule, updates):
+        self.robots = schedule["training_envs"]
+        per_update = schedule["env_steps_per_update"]
+        # The fewest steps of all robots together that are a whole number of updates.
+        together = int(np.lcm(self.robots, per_update))
+        self.gather_rounds, self.updates_after_gathering = together // self.robots, together // per_update
+        if updates % self.updates_after_gathering:
+            raise ValueError(
+                f"--updates {updates}: {self.robots} robots that step together make"
+                f" {self.updates_after_gathering} updates at a time; take a multiple of that"
+            )
+        self.updates, self.steps = updates, updates * per_update
+        self.share = updates / (schedule["epochs"] * schedule["updates_per_epoch"])
+        # As `host bench` shortens it.
+        episodes = schedule["evaluation_episodes"] * updates / schedule["updates_per_epoch"]
+        self.evaluation_episodes = max(1, int(episodes + 0.5))
+        # Random actions, not timed; `host bench` has as many.
+        self.warm_up_steps = 1_000
+
+    def uneven(self):
+        """Whether some robots would play more episodes of an evaluation than others."""
+        return self.evaluation_episodes % self.robots != 0
+
+
+def walk_mujoco(ants):
+    robots, began = len(ants.worlds), time.perf_counter()
+    for step in range(WALKING_STEPS["MuJoCo"] // robots):
+        ants.step(np.broadcast_to(trot(step), (robots, 8)))
+    return WALKING_STEPS["MuJoCo"] / (time.perf_counter() - began)
+
+
+def walk_bullet(ant):
+    ant.reset()
     began = time.perf_counter()
-    for _ in range(UPDATES):
-        learner.update()
-    return UPDATES / (time.perf_counter() - began)
+    for step in range(WALKING_STEPS["PyBullet"]):
+        _, _, fell, cut, _ = ant.step(trot(step))
+        if fell or cut:
+            ant.reset()
+    return WALKING_STEPS["PyBullet"] / (time.perf_counter() - began)
+
+
+class Peers:
+    def __init__(self, updates, folder):
+        task = Task()
+        self.config, self.schedule = task.config["td3"], task.config["schedule"]
+        self.budget = Budget(self.schedule, updates)
+        robots = self.budget.robots
+        self.ants, self.judges = MujocoAnts(task, robots, 0), MujocoAnts(task, robots, 1)
+        urdf = folder / "ant.urdf"
+        urdf.write_text(body.urdf(task, self.ants.model))
+        # Processes are forked before PyTorch has any threads.
+        self.bullets = {
+            processes: [sb3_td3.environments(task, urdf, robots, processes) for _ in range(2)]
+            for processes in (True, False)
+        }
+        self.bullet = BulletAnt(task, urdf)
+        torch.manual_seed(0)
+        self.learners = {
+            "PyTorch, plain loop": plain_td3.Learner(self.config, fused=False),
+            "PyTorch, fused Adam and foreach": plain_td3.Learner(self.config, fused=True),
+        }
+        for learner in self.learners.values():
+            learner.replay.fill_with_noise()
+        self.sb3_updates = sb3_td3.Updates(self.config, self.bullets[False][0], self.budget)
+        self.choose()
+
+    def choose(self):
+        """Each peer trains with what is fastest for it here: threads of PyTorch, processes of PyBullet."""
+        trial, cores = Budget(self.schedule, TRIAL_UPDATES), torch.get_num_threads()
+        trial.evaluation_episodes = 0
+        self.trials, best = {}, {}
+        for threads in sorted({1, cores}):
+            torch.set_num_threads(threads)
+            for processes in (None, False, True):
+                if processes is None:
+                    name, way = "PyTorch", plain_td3.train
+                    robots = self.ants, self.judges
+                else:
+                    name, way = "Stable-Baselines3", sb3_td3.train
+                    robots = self.bullets[processes]
+                rate = trial.steps / way(self.config, *robots, trial, 0)[0]
+                # The first time warms up, but does not make up for as much as that.
+                if rate > best.get(name, (0.0,))[0] / 4.0:
+                    rate = trial.steps / way(self.config, *robots, trial, 1)[0]
+                where = "" if processes is None else ", a process a robot" if processes else ", one process"
+                self.trials[f"{name}, {threads} thread{'s' * (threads > 1)}{where}"] = rate
+                if rate > best.get(name, (0.0,))[0]:
+                    best[name] = rate, threads, processes
+        self.plain_threads = best["PyTorch"][1]
+        self.sb3_threads, self.sb3_processes = best["Stable-Baselines3"][1:]
+
+    def round(self, number):
+        """Figures of every peer: what, whose, value."""
+        torch.set_num_threads(1)
+        yield "walking", "PyBullet", walk_bullet(self.bullet)
+        yield "walking", "MuJoCo", walk_mujoco(self.ants)
+        for name, learner in self.learners.items():
+            yield "updates", name, plain_td3.updates_per_s(learner, UPDATES)
+        yield "updates", "Stable-Baselines3", self.sb3_updates.per_s(UPDATES)
+        torch.set_num_threads(self.plain_threads)
+        took = plain_td3.train(self.config, self.ants, self.judges, self.budget, number)
+        yield from self.trained("plain PyTorch loop with MuJoCo", *took)
+        torch.set_num_threads(self.sb3_threads)
+        took = sb3_td3.train(self.config, *self.bullets[self.sb3_processes], self.budget, number)
+        yield from self.trained("Stable-Baselines3 with PyBullet", *took)
+
+    def trained(self, name, learning_s, evaluation_s, episode_steps):
+        yield "training", name, self.budget.steps / (learning_s + evaluation_s)
+        yield "learning", name, self.budget.steps / learning_s
+        yield "episode", name, episode_steps
+
+    def close(self):
+        for pair in self.bullets.values():
+            for environments in pair:
+                environments.close()
+
+
+def ours(host, updates):
+    command = [host, "bench", "--rounds", "1", "--json", "--preset", "paper", "--updates", str(updates)]
+    try:
+        output = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    except FileNotFoundError:
+        sys.exit(f"bench-peers: there is no {host}\nnext: cargo build --release -p host")
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"bench-peers: {' '.join(command)} ended with {error.returncode}:\n{error.stderr}")
+    figures = json.loads(output)
+    return {
+        "walking": figures["env_steps_per_s"],
+        "updates": figures["updates_per_s"],
+        "training": figures["train_steps_per_s"],
+        "learning": figures["learn_steps_per_s"],
+        "episode": figures["evaluation_episode_steps"],
+    }
 
 
 def main():
-    host = sys.argv[1] if len(sys.argv) > 1 else "target/release/host"
-    torch.set_num_threads(1)
-    learners = {"PyTorch plain": Learner(False), "PyTorch fused": Learner(True)}
-    for learner in learners.values():
-        rate(learner)
-    ratios = {name: [] for name in learners}
-    for number in range(1, ROUNDS + 1):
-        theirs = {name: rate(learner) for name, learner in learners.items()}
-        output = subprocess.run([host, "bench", "--rounds", "1", "--json"], capture_output=True, check=True).stdout
-        ours = json.loads(output)["updates_per_s"]
-        for name, value in theirs.items():
-            ratios[name].append(ours / value)
-        row = ", ".join(f"{name} {value:.0f}" for name, value in theirs.items())
-        print(f"round {number}: updates/s: ours {ours:.0f}, {row}", flush=True)
-    for name, values in ratios.items():
-        print(f"ours / {name}: {statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})")
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("host", nargs="?", default="target/release/host", help="our command (%(default)s)")
+    parser.add_argument("--rounds", type=int, default=5, help="turns that everyone gets (%(default)s)")
+    parser.add_argument("--updates", type=int, default=1200, help="updates a training turn (%(default)s)")
+    parser.add_argument("--json", action="store_true", help="print one line of JSON on standard output")
+    parser.add_argument("--check", action="store_true", help="check the peers' bodies and task, and stop")
+    arguments = parser.parse_args()
+    if arguments.rounds < 1 or arguments.updates < 1:
+        parser.error(f"--rounds {arguments.rounds} --updates {arguments.updates}: both are 1 or more")
+    if arguments.check:
+        sys.exit(check.report())
+
+    def say(line):
+        print(line, file=sys.stderr, flush=True)
+
+    started = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            Budget(Task().config["schedule"], arguments.updates)
+            peers = Peers(arguments.updates, pathlib.Path(folder))
+        except (Unsupported, ValueError) as error:
+            sys.exit(f"bench-peers: {error}")
+        if peers.budget.uneven():
+            say(
+                f"note: {peers.budget.evaluation_episodes} episodes of evaluation do not share out evenly among"
+                f" {peers.budget.robots} robots; Stable-Baselines3 then simulates more than it needs"
+            )
+        say(f"ready after {time.perf_counter() - started:.0f} s")
+        figures, ratios = {kind: {} for kind in report.KINDS}, {kind: {} for kind in report.KINDS}
+        for number in range(1, arguments.rounds + 1):
+            began = time.perf_counter()
+            mine = ours(arguments.host, arguments.updates)
+            for kind, value in mine.items():
+                figures[kind].setdefault("ours", []).append(value)
+            for kind, name, value in peers.round(number):
+                figures[kind].setdefault(name, []).append(value)
+                if kind != "episode":
+                    ratios[kind].setdefault(name, []).append(mine[kind] / value)
+            say(f"round {number} of {arguments.rounds}: {time.perf_counter() - began:.0f} s")
+        peers.close()
+        if arguments.json:
+            print(json.dumps(report.as_json(peers, arguments.rounds, figures, ratios)))
+        else:
+            report.table(peers, arguments.rounds, figures, ratios)
 
 
 if __name__ == "__main__":

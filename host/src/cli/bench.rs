@@ -25,6 +25,8 @@ use thiserror::Error;
 /// Control steps of a simulation slice, and updates of a learning slice: about half a second.
 const ENV_STEPS: u32 = 5_000;
 const UPDATES: u32 = 400;
+/// Updates of the training slice; its evaluation is shortened to the same share.
+const TRAIN_UPDATES: u64 = 500;
 
 /// Time simulation, learning and training on this machine.
 #[derive(Debug, clap::Args)]
@@ -35,6 +37,9 @@ pub struct Args {
     /// Turns that every kind of work gets; some 4 s each
     #[arg(long, default_value_t = 7, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
+    /// Updates of the training run that every round makes
+    #[arg(long, default_value_t = TRAIN_UPDATES, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    updates: u64,
     /// Print the figures as one line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -45,6 +50,8 @@ pub struct Args {
 enum BenchError {
     #[error(transparent)]
     Config(#[from] ConfigError),
+    #[error("--updates {updates}: this preset learns {round} updates at a time; take a multiple of that")]
+    Updates { updates: u64, round: u64 },
     #[error(transparent)]
     Robot(#[from] RobotError),
     #[error("libtorch refuses to compare")]
@@ -58,7 +65,7 @@ enum BenchError {
 }
 
 /// The report's figures in their order: name, decimals, what a reader calls it.
-const FIGURES: [(&str, usize, &str); 10] = [
+const FIGURES: [(&str, usize, &str); 12] = [
     ("env_steps_per_s", 0, "control steps/s walking, one thread"),
     ("env_steps_per_s_2", 0, "control steps/s walking, two threads"),
     ("updates_per_s", 0, "TD3 updates/s, one thread"),
@@ -68,6 +75,8 @@ const FIGURES: [(&str, usize, &str); 10] = [
     ("gemm_gflops_libtorch", 1, "the same by libtorch"),
     ("update_fraction_of_gemm", 3, "an update's Gflop/s over that"),
     ("train_steps_per_s", 0, "control steps/s of a training run, evaluation included"),
+    ("learn_steps_per_s", 0, "the same, up to its evaluation"),
+    ("evaluation_episode_steps", 0, "control steps that an episode of it lasted"),
     ("collect_over_learn", 3, "time to gather a round's steps, over its updates'"),
 ];
 
@@ -97,7 +106,9 @@ impl Figures {
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let figures = measure(&args).map_err(|error| match error {
-        BenchError::Config(_) | BenchError::Robot(_) => failure(Cause::Input, error),
+        BenchError::Config(_) | BenchError::Updates { .. } | BenchError::Robot(_) => {
+            failure(Cause::Input, error)
+        }
         BenchError::Torch(_) => failure_with_help(Cause::Machine, error, "make setup unpacks libtorch"),
         BenchError::Device(_) | BenchError::Folder { .. } | BenchError::Train(_) => {
             failure(Cause::Machine, error)
@@ -110,6 +121,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
 fn measure(args: &Args) -> Result<Figures, BenchError> {
     tch::set_num_threads(1);
     let config = RunConfig::preset(args.preset)?;
+    let round = config.schedule.round_updates;
+    if !args.updates.is_multiple_of(round) {
+        return Err(BenchError::Updates { updates: args.updates, round });
+    }
     let robot = Robot::ant(config.leg_scale.0)?;
     let env = AntEnv::new(&robot, config.env);
     let layout = Layout { observation_len: env.observation_len(), action_len: env.action_len() };
@@ -144,12 +159,26 @@ fn measure(args: &Args) -> Result<Figures, BenchError> {
         let (gemm, libtorch) = slices::gemm_gflops();
         bar.inc(1);
         begin("training");
-        let train = slices::train_steps_per_s(&config, &robot)?;
+        let training = slices::training(&config, &robot, args.updates)?;
         bar.inc(1);
         let balance = config.schedule.env_steps_per_update as f64 * ours / one;
         let fraction = ours * arithmetic / 1e9 / gemm;
         let ratios = (plain / ours, torch / ours);
-        figures.add([one, two, ours, ratios.0, ratios.1, gemm, libtorch, fraction, train, balance]);
+        let slices::Training { steps_per_s: train, learn_steps_per_s: learn, episode_steps } = training;
+        figures.add([
+            one,
+            two,
+            ours,
+            ratios.0,
+            ratios.1,
+            gemm,
+            libtorch,
+            fraction,
+            train,
+            learn,
+            episode_steps,
+            balance,
+        ]);
     }
     bar.finish_and_clear();
     Ok(figures)

@@ -24,9 +24,6 @@ use tch::{Kind, Tensor};
 
 /// Sides of the square matrices whose product's rate counts: the faster one does.
 const SIDES: [usize; 2] = [512, 1024];
-/// Updates of the training slice; its evaluation is shortened to the same share.
-const TRAIN_UPDATES: u64 = 500;
-
 /// Control steps a second of `threads` walking Ants together; observation,
 /// reward and new episodes included.
 pub fn env_steps_per_s(config: &RunConfig, robot: &Robot, threads: u64, steps: u32) -> f64 {
@@ -40,17 +37,24 @@ pub fn env_steps_per_s(config: &RunConfig, robot: &Robot, threads: u64, steps: u
     f64::from(steps) * threads as f64 / began.elapsed().as_secs_f64()
 }
 
-/// A trot: diagonal legs together, 0.9 s a stride.
+/// A trot along x: diagonal legs together, 1.6 s a stride, hips by 0.5 rad and
+/// knees by 0.3 rad either way. `scripts/peers/task.py` has the same.
+fn trot(step: u32) -> [f32; 8] {
+    let phase = core::f32::consts::TAU * (step as f32 / 60.0) / 1.6;
+    core::array::from_fn(|joint| {
+        let phase = phase + core::f32::consts::PI * (joint % 2) as f32;
+        // Counter-clockwise is backwards on the left and forwards on the right.
+        let side = if joint % 4 < 2 { 1.0 } else { -1.0 };
+        let angle_rad = if joint < 4 { side * 0.5 * phase.sin() } else { 0.3 * phase.cos() };
+        angle_rad / core::f32::consts::FRAC_PI_4
+    })
+}
+
 fn walk(env: &mut AntEnv, seed: u64, steps: u32) {
     let mut observation = vec![0.0; env.observation_len()];
     env.reset(seed, &mut observation);
     for step in 0..steps {
-        let phase = core::f32::consts::TAU * (step as f32 / 60.0) / 0.9;
-        let action: [f32; 8] = core::array::from_fn(|joint| {
-            let phase = phase + core::f32::consts::PI * (joint % 2) as f32;
-            if joint < 4 { 0.5 * phase.sin() } else { 0.4 * phase.cos() }
-        });
-        let outcome = env.step(&action, &mut observation);
+        let outcome = env.step(&trot(step), &mut observation);
         if outcome.terminated || outcome.truncated {
             env.reset(seed, &mut observation);
         }
@@ -158,10 +162,20 @@ fn rate(operations: f64, mut work: impl FnMut()) -> f64 {
     times * operations / began.elapsed().as_secs_f64() / 1e9
 }
 
-/// Control steps a second of a training run past its warm-up: gathering,
-/// learning, evaluation, checkpoint and policy included, in their shares.
-pub fn train_steps_per_s(config: &RunConfig, robot: &Robot) -> Result<f64, BenchError> {
-    let learning = shortened(config);
+/// What a training run past its warm-up came to.
+pub struct Training {
+    /// Control steps a second: gathering, learning, evaluation, checkpoint and
+    /// policy included, in their shares.
+    pub steps_per_s: f64,
+    /// The same up to the evaluation.
+    pub learn_steps_per_s: f64,
+    /// How long the evaluation's episodes lasted.
+    pub episode_steps: f64,
+}
+
+/// Trains for so many updates, a multiple of the schedule's round.
+pub fn training(config: &RunConfig, robot: &Robot, updates: u64) -> Result<Training, BenchError> {
+    let learning = shortened(config, updates);
     let folder = tempfile::tempdir().map_err(|source| BenchError::Folder { source })?;
     let run = Run {
         learning: &learning,
@@ -171,28 +185,57 @@ pub fn train_steps_per_s(config: &RunConfig, robot: &Robot) -> Result<f64, Bench
         folder: folder.path(),
         stop: &AtomicBool::new(false),
     };
-    let mut learning_began: Option<(Instant, u64)> = None;
-    let outcome = run.train(false, &mut |event| {
-        if let Event::Round { updates: 1.., env_steps } = event {
-            learning_began.get_or_insert_with(|| (Instant::now(), env_steps));
+    let mut first: Option<(Instant, u64)> = None;
+    let mut learned = Instant::now();
+    let mut episode_steps = f64::NAN;
+    let outcome = run.train(false, &mut |event| match event {
+        Event::Round { updates: 1.., env_steps } => {
+            learned = Instant::now();
+            first.get_or_insert((learned, env_steps));
         }
+        Event::Evaluated { point, .. } => episode_steps = point.episode_steps,
+        Event::Round { .. } | Event::Resumed { .. } => {}
     })?;
+    let ended = Instant::now();
     // The schedule has updates, so a first round of them was heard of.
-    let (began, before) = learning_began.unwrap_or((Instant::now(), 0));
-    Ok((outcome.env_steps - before) as f64 / began.elapsed().as_secs_f64())
+    let (began, before) = first.unwrap_or((learned, 0));
+    let steps = (outcome.env_steps - before) as f64;
+    Ok(Training {
+        steps_per_s: steps / (ended - began).as_secs_f64(),
+        learn_steps_per_s: steps / (learned - began).as_secs_f64(),
+        episode_steps,
+    })
 }
 
-/// One epoch of [`TRAIN_UPDATES`], its evaluation as large a share of it as in the whole run.
-fn shortened(config: &RunConfig) -> Learning {
+/// One epoch of so many updates, its evaluation as large a share of it as in the whole run.
+fn shortened(config: &RunConfig, updates: u64) -> Learning {
     let schedule = &config.schedule;
-    let share = TRAIN_UPDATES as f64 / schedule.updates_per_epoch as f64;
+    let share = updates as f64 / schedule.updates_per_epoch as f64;
     let mut learning = config.learning();
     learning.schedule = Schedule {
         epochs: 1,
-        updates_per_epoch: TRAIN_UPDATES,
+        updates_per_epoch: updates,
         warm_up_env_steps: 1_000,
         evaluation_episodes: ((schedule.evaluation_episodes as f64 * share).round() as usize).max(1),
         ..schedule.clone()
     };
     learning
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::{AntEnvConfig, Perturbation};
+
+    #[test]
+    fn what_the_benchmark_calls_walking_gets_on() {
+        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let mut env =
+            AntEnv::new(&robot, AntEnvConfig { start: Perturbation::NONE, ..AntEnvConfig::default() });
+
+        walk(&mut env, 0, 600);
+
+        let [x_m, ..] = env.world().torso().position_m;
+        assert!(x_m > 1.0, "{x_m} m in 10 s");
+    }
 }
