@@ -16,6 +16,8 @@ from peers.task import CONTROL_HZ, Task, trot
 
 POSES_RAD = [np.zeros(8), np.linspace(-0.5, 0.5, 8), np.array([0.3, -0.3] * 4)]
 WALK_S = 12
+RANDOM_STEPS = 2_000
+STANDING_M = 0.17
 
 
 def mass_kg(bullet):
@@ -90,5 +92,11 @@ def report():
         bullet_m_s, height_m = walked(with_bullet, lambda: bullet.reset(options={"angles": starts}))
         print(f", at {height_m:.3f} m in PyBullet")
         say("speed of host bench's trot in PyBullet and MuJoCo, m/s", bullet_m_s, mujoco_m_s, 0.05)
+
+        # What training begins with: an engine that is unstable at this step would fling the robot.
+        for name, step in (("MuJoCo", with_mujoco), ("PyBullet", with_bullet)):
+            rng = np.random.default_rng(0)
+            highest_m = max(step(rng.uniform(-1.0, 1.0, 8))[2] for _ in range(RANDOM_STEPS))
+            say(f"a torso under random actions stays low in {name}, m", highest_m, STANDING_M, STANDING_M)
         bullet.close()
     return 1 if wrong else 0
