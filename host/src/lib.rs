@@ -19,6 +19,8 @@ pub mod joint_map;
 pub mod link;
 pub mod playable;
 #[cfg(feature = "train")]
+pub mod plot;
+#[cfg(feature = "train")]
 pub mod record;
 pub mod robot;
 pub mod run_folder;

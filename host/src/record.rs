@@ -1,24 +1,28 @@
 //! Plays a policy in simulation and writes down the stride it walks.
 //!
-//! Owns the trials and the two files, `trajectory.csv` and `record.json`.
+//! Owns the trials; `files` has what is left of them, `figure` the picture.
 //! What is recorded are the setpoints that the servos were given, not what the
 //! policy asked for: a robot that plays them open loop gets the same orders.
 
+mod figure;
+mod files;
+
+pub use files::{FIGURE, RECORD, SPREAD};
+
 use crate::env::Env as _;
+use crate::fit::{self, FitError, JointFit, Scale, Seam};
+use crate::plot::PlotError;
 use crate::robot::Robot;
-use crate::run_folder::{self, FileError};
-use crate::sim::ant_env::{ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
+use crate::run_folder::FileError;
+use crate::sim::ant_env::{ACTION_DEG, ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
 use crate::sim::{AntEnv, AntEnvConfig};
-use crate::stride::{self, Sample, Stride, StrideError};
+use crate::stride::{self, Sample, Stride, StrideError, window};
 use crate::td3::policy::Policy;
 use crate::td3::random::{Purpose, episode_seed};
-use protocol::Joint;
+use protocol::JOINT_COUNT;
 use serde::Serialize;
-use std::path::Path;
 use thiserror::Error;
 
-/// What the recording came to, beside the trajectory.
-pub const RECORD: &str = "record.json";
 /// Until the gait has settled; not recorded.
 pub const TRANSIENT_S: f64 = 3.0;
 /// Recorded after that; with the transient the 12 s of a trial on the robot.
@@ -54,16 +58,37 @@ pub enum RecordError {
         /// Why.
         source: StrideError,
     },
+    /// The picture's reason.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
     /// The disk's reason.
     #[error(transparent)]
     File(#[from] FileError),
 }
 
+/// What of every trial is averaged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Part {
+    /// All strides, each as long as it lasts.
+    Strides,
+    /// One window of so many seconds, as in the paper.
+    Window {
+        /// How many.
+        window_s: f64,
+    },
+}
+
 /// What was seen over the recorded part of all trials in which the robot stayed up.
 #[derive(Debug, Clone, Serialize)]
 pub struct Recording {
-    /// Mean duration of a stride.
+    /// Mean duration of a stride, or that of the window.
     pub period_s: f64,
+    /// The window, where one was asked for: all that is said of strides is then said of windows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window_s: Option<f64>,
+    /// Strides that the window holds, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strides_in_window: Option<f64>,
     /// Trials played.
     pub trials: usize,
     /// Trials in which the robot fell.
@@ -72,10 +97,15 @@ pub struct Recording {
     pub strides_averaged: usize,
     /// Strides unlike the others.
     pub strides_left_out: usize,
-    /// Correlation of the motion with itself one stride later.
+    /// Correlation of the motion with itself one stride later, or of the trials' windows with their mean.
     pub likeness: f64,
     /// Standard deviation about the average stride, action units, in joint order.
     pub spread: Sample,
+    /// The same in degrees at the policy's own stroke.
+    pub spread_deg: Sample,
+    /// How much of a joint's movement a degree-10 curve keeps, as `fit` fits it; nothing for one that
+    /// stands still.
+    pub polynomial_r2: [Option<f64>; JOINT_COUNT],
     /// Mean speed along x.
     pub speed_m_s: f64,
     /// Mean reward of a control step.
@@ -85,6 +115,12 @@ pub struct Recording {
     /// One sample a row of the trajectory.
     #[serde(skip)]
     pub samples: Vec<Sample>,
+    /// Standard deviation about each, action units.
+    #[serde(skip)]
+    pub deviations: Vec<Sample>,
+    /// The degree-10 curves in degrees, with the seam that `fit` takes by default.
+    #[serde(skip)]
+    pub fits: Result<[JointFit; JOINT_COUNT], FitError>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -96,7 +132,16 @@ struct Trial {
     fell: bool,
 }
 
-/// Plays `trials` trials from perturbed starts and averages their strides.
+/// The policy's own stroke.
+const SCALE: Scale = Scale {
+    signs: [1.0; JOINT_COUNT],
+    unit_deg: ACTION_DEG,
+    centre_unit_deg: ACTION_DEG,
+    centre_offset_deg: 0.0,
+    limit_deg: ACTION_DEG,
+};
+
+/// Plays `trials` trials from perturbed starts and averages a part of them.
 ///
 /// # Errors
 /// [`RecordError`] if the policy fits another robot, falls, or does not stride.
@@ -106,6 +151,7 @@ pub fn record(
     env: AntEnvConfig,
     seed: u64,
     trials: usize,
+    part: Part,
 ) -> Result<Recording, RecordError> {
     let (observation_len, action_len) = (policy.observation_len(), policy.action_len());
     if (observation_len, action_len) != (OBSERVATION_LEN, ACTION_LEN) {
@@ -118,23 +164,36 @@ pub fn record(
         return Err(RecordError::Fell { fell, trials });
     }
     let setpoints: Vec<Vec<Sample>> = stayed.iter().map(|trial| trial.setpoints.clone()).collect();
-    let Stride { period_s, samples, averaged, left_out, spread, likeness } =
-        stride::average(&setpoints, CONTROL_RATE_HZ)
-            .map_err(|source| RecordError::NoStride { trials, source })?;
+    let (window_s, stride) = match part {
+        Part::Strides => (None, stride::average(&setpoints, CONTROL_RATE_HZ)),
+        Part::Window { window_s } => (Some(window_s), window::average(&setpoints, CONTROL_RATE_HZ, window_s)),
+    };
+    let Stride { period_s, samples, averaged, left_out, deviations, spread, likeness } =
+        stride.map_err(|source| RecordError::NoStride { trials, source })?;
+    let stride_s = window_s.and_then(|_| stride::period_s(&setpoints, CONTROL_RATE_HZ));
+    let fits = fit::fit(&samples, &SCALE, Seam::Continuous);
+    let polynomial_r2 =
+        fits.as_ref().map_or([None; JOINT_COUNT], |fits| fits.each_ref().map(|f| f.series.r2));
     let steps = stayed.iter().map(|trial| trial.setpoints.len()).sum::<usize>() as f64;
     let mean = |value: fn(&Trial) -> f64| stayed.iter().map(|trial| value(trial)).sum::<f64>() / steps;
     Ok(Recording {
         period_s,
+        window_s,
+        strides_in_window: stride_s.map(|stride_s| period_s / stride_s),
         trials,
         fell,
         strides_averaged: averaged,
         strides_left_out: left_out,
         likeness,
         spread,
+        spread_deg: spread.map(|spread| spread * ACTION_DEG),
+        polynomial_r2,
         speed_m_s: mean(|trial| trial.speed),
         reward_per_step: mean(|trial| trial.reward),
         power_w: mean(|trial| trial.servo_power_w) + robot.power.electronics_w,
         samples,
+        deviations,
+        fits,
     })
 }
 
@@ -183,97 +242,5 @@ fn play(policy: &mut Policy, env: &mut AntEnv, seed: u64) -> Trial {
     trial
 }
 
-impl Recording {
-    /// Writes trajectory and description into the run's folder.
-    ///
-    /// # Errors
-    /// [`RecordError::File`] with the old file still in place.
-    pub fn save(&self, run: &Path) -> Result<(), RecordError> {
-        run_folder::write(&run.join(run_folder::TRAJECTORY), self.to_csv().as_bytes())?;
-        let description = serde_json::json!(self);
-        Ok(run_folder::write(&run.join(RECORD), format!("{description:#}\n").as_bytes())?)
-    }
-
-    /// One stride, a row a sample: time, then every joint in action units.
-    fn to_csv(&self) -> String {
-        let mut csv = String::from("time_s");
-        for joint in Joint::ALL {
-            csv += ",";
-            csv += joint.name();
-        }
-        csv += "\n";
-        let interval_s = self.period_s / self.samples.len() as f64;
-        for (row, sample) in self.samples.iter().enumerate() {
-            csv += &format!("{:.6}", row as f64 * interval_s);
-            for value in sample {
-                csv += &format!(",{value:.6}");
-            }
-            csv += "\n";
-        }
-        csv
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::td3::policy::DenseLayer;
-
-    /// Asks for the same pose whatever it sees: `observations` in, 8 out.
-    fn statue(observations: usize) -> Policy {
-        Policy::new(vec![DenseLayer { weight: vec![0.0; observations * 8], bias: vec![0.0; 8] }])
-    }
-
-    fn ant() -> Robot {
-        Robot::ant(1.0).unwrap()
-    }
-
-    #[test]
-    fn a_policy_that_stands_has_no_stride() {
-        let error = record(&statue(OBSERVATION_LEN), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
-
-        assert!(matches!(error, RecordError::NoStride { source: StrideError::Still { .. }, .. }), "{error}");
-    }
-
-    #[test]
-    fn a_policy_of_another_robot_is_refused() {
-        let error = record(&statue(12), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
-
-        assert!(matches!(error, RecordError::OtherRobot { observation_len: 12, action_len: 8 }), "{error}");
-    }
-
-    #[test]
-    fn a_policy_that_falls_is_refused() {
-        let mut layer = DenseLayer { weight: vec![0.0; OBSERVATION_LEN * 8], bias: vec![0.0; 8] };
-        layer.bias[4..].fill(-5.0);
-
-        let error = record(&Policy::new(vec![layer]), &ant(), AntEnvConfig::default(), 0, 2).unwrap_err();
-
-        assert!(matches!(error, RecordError::Fell { fell: 2, trials: 2 }), "{error}");
-    }
-
-    #[test]
-    fn the_trajectory_names_its_columns_and_spaces_its_rows_evenly() {
-        let recording = Recording {
-            period_s: 0.5,
-            trials: 1,
-            fell: 0,
-            strides_averaged: 1,
-            strides_left_out: 0,
-            likeness: 1.0,
-            spread: [0.0; 8],
-            speed_m_s: 0.1,
-            reward_per_step: 0.0,
-            power_w: 1.0,
-            samples: vec![[0.25; 8], [-0.5; 8]],
-        };
-
-        let csv = recording.to_csv();
-
-        let mut lines = csv.lines();
-        assert_eq!(lines.next(), Some("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4"));
-        assert_eq!(lines.next().map(|line| &line[..17]), Some("0.000000,0.250000"));
-        assert_eq!(lines.next().map(|line| &line[..18]), Some("0.250000,-0.500000"));
-        assert_eq!(lines.next(), None);
-    }
-}
+mod tests;

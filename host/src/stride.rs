@@ -1,11 +1,16 @@
 //! Many strides into one: finds the period that all joints share and averages.
 //!
 //! Owns the search for the fundamental, the cutting of each trial into strides
-//! and their average over phase. Refuses motion that does not repeat: the mean
-//! of strides that are out of step is no stride.
+//! and their average over phase; [`window`] averages stretches of a fixed length
+//! instead. Refuses motion that does not repeat: the mean of strides that are
+//! out of step is no stride.
+
+mod error;
+pub mod window;
+
+pub use error::StrideError;
 
 use protocol::JOINT_COUNT;
-use thiserror::Error;
 
 /// One sample of all joints.
 pub type Sample = [f64; JOINT_COUNT];
@@ -28,44 +33,6 @@ const PASSES: usize = 4;
 /// Stride starts are looked for in steps of this share of a sample.
 const SEARCH_STEP: f64 = 0.25;
 
-/// Why there is no stride.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum StrideError {
-    /// Nothing moves.
-    #[error("the joints hardly move: {rms:.4} in action units (rms), at least {STILL_RMS} is needed")]
-    Still {
-        /// Root mean square over all joints.
-        rms: f64,
-    },
-    /// Nothing repeats.
-    #[error(
-        "the motion does not repeat: the best likeness between {MIN_PERIOD_S} and {MAX_PERIOD_S} s is \
-         {likeness:.2} at {period_s:.2} s, at least {MIN_LIKENESS} is needed"
-    )]
-    NotPeriodic {
-        /// Best normalised correlation found.
-        likeness: f64,
-        /// Where.
-        period_s: f64,
-    },
-    /// It repeats, but strides differ.
-    #[error("only {kept} of {found} strides of {period_s:.2} s are alike, more than half must be")]
-    Unlike {
-        /// Strides like the average.
-        kept: usize,
-        /// All strides.
-        found: usize,
-        /// The common period.
-        period_s: f64,
-    },
-    /// Too little to look at.
-    #[error("the longest trial lasts {duration_s:.2} s; three strides need more")]
-    TooShort {
-        /// Of the longest trial.
-        duration_s: f64,
-    },
-}
-
 /// One stride, averaged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stride {
@@ -77,7 +44,9 @@ pub struct Stride {
     pub averaged: usize,
     /// Strides that were unlike the others.
     pub left_out: usize,
-    /// Standard deviation of the strides about the average, rms over phase.
+    /// Standard deviation of the strides about the average, sample by sample.
+    pub deviations: Vec<Sample>,
+    /// The same, rms over phase.
     pub spread: Sample,
     /// Normalised correlation of the motion with itself one period later.
     pub likeness: f64,
@@ -114,29 +83,36 @@ pub fn average(trials: &[Vec<Sample>], rate_hz: f64) -> Result<Stride, StrideErr
         }
         template = mean(kept.iter().map(|&cut| stretch(&centred[cut.trial], cut, phases)), phases);
     }
-    let (samples, duration, spread) = average_cuts(trials, &kept);
-    Ok(Stride {
-        period_s: duration / rate_hz,
-        samples,
-        averaged: kept.len(),
-        left_out: found - kept.len(),
-        spread,
-        likeness,
-    })
+    Ok(average_cuts(trials, rate_hz, &kept, found, likeness))
 }
 
-/// The mean of the cuts, their mean duration in samples, and their deviation.
-fn average_cuts(trials: &[Vec<Sample>], cuts: &[Cut]) -> (Vec<Sample>, f64, Sample) {
+/// The mean of the `cuts` that were kept of those `found`, and how far they are from it.
+fn average_cuts(trials: &[Vec<Sample>], rate_hz: f64, cuts: &[Cut], found: usize, likeness: f64) -> Stride {
     let duration = cuts.iter().map(|cut| cut.end - cut.start).sum::<f64>() / cuts.len() as f64;
     let phases = (duration.round() as usize).max(2);
     let strides: Vec<_> = cuts.iter().map(|&cut| stretch(&trials[cut.trial], cut, phases)).collect();
     let samples = mean(strides.iter().cloned(), phases);
+    let deviation = |(phase, mean): (usize, &Sample)| {
+        std::array::from_fn(|joint| {
+            let squares: f64 =
+                strides.iter().map(|stride| (stride[phase][joint] - mean[joint]).powi(2)).sum();
+            (squares / strides.len() as f64).sqrt()
+        })
+    };
+    let deviations: Vec<Sample> = samples.iter().enumerate().map(deviation).collect();
     let spread = std::array::from_fn(|joint| {
-        let pairs = strides.iter().flat_map(|stride| stride.iter().zip(&samples));
-        let squares: f64 = pairs.map(|(got, mean)| (got[joint] - mean[joint]).powi(2)).sum();
-        (squares / (strides.len() * phases) as f64).sqrt()
+        let squares: f64 = deviations.iter().map(|deviation| deviation[joint].powi(2)).sum();
+        (squares / phases as f64).sqrt()
     });
-    (samples, duration, spread)
+    Stride {
+        period_s: duration / rate_hz,
+        samples,
+        averaged: cuts.len(),
+        left_out: found - cuts.len(),
+        deviations,
+        spread,
+        likeness,
+    }
 }
 
 /// A trial without each joint's mean.
@@ -168,6 +144,20 @@ fn median_correlation(trials: &[Vec<Sample>], lag: usize) -> f64 {
     all[all.len() / 2]
 }
 
+/// Refuses trials, each less its mean, in which next to nothing moves.
+fn check_moves(trials: &[Vec<Sample>]) -> Result<(), StrideError> {
+    let numbers = trials.iter().map(|trial| trial.len() * JOINT_COUNT).sum::<usize>() as f64;
+    let rms = (trials.iter().flatten().map(|s| dot(s, s)).sum::<f64>() / numbers).sqrt();
+    if rms < STILL_RMS { Err(StrideError::Still { rms }) } else { Ok(()) }
+}
+
+/// How long a stride lasts, where the motion has any.
+#[must_use]
+pub fn period_s(trials: &[Vec<Sample>], rate_hz: f64) -> Option<f64> {
+    let centred: Vec<Vec<Sample>> = trials.iter().map(|trial| centre(trial)).collect();
+    fundamental(&centred, rate_hz).ok().map(|(lag, _)| lag / rate_hz)
+}
+
 /// The period in samples, between samples where need be, and its likeness.
 fn fundamental(trials: &[Vec<Sample>], rate_hz: f64) -> Result<(f64, f64), StrideError> {
     let longest = trials.iter().map(Vec::len).max().unwrap_or(0);
@@ -177,11 +167,7 @@ fn fundamental(trials: &[Vec<Sample>], rate_hz: f64) -> Result<(f64, f64), Strid
     if most <= least + 1 {
         return Err(StrideError::TooShort { duration_s: longest as f64 / rate_hz });
     }
-    let numbers = trials.iter().map(|trial| trial.len() * JOINT_COUNT).sum::<usize>() as f64;
-    let rms = (trials.iter().flatten().map(|s| dot(s, s)).sum::<f64>() / numbers).sqrt();
-    if rms < STILL_RMS {
-        return Err(StrideError::Still { rms });
-    }
+    check_moves(trials)?;
     let curve: Vec<f64> = (0..=most + 1).map(|lag| median_correlation(trials, lag)).collect();
     let is_peak = |&lag: &usize| curve[lag] >= curve[lag - 1] && curve[lag] > curve[lag + 1];
     let peaks: Vec<usize> = (least..=most).filter(is_peak).collect();

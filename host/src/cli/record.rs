@@ -2,15 +2,18 @@
 
 use super::explain::path_text;
 use super::{Cause, Failure};
-use crate::record::{RecordError, record};
+use crate::record::{FIGURE, Part, RECORDED_S, RecordError, Recording, record};
 use crate::robot::{Robot, RobotError};
 use crate::run_folder;
+use crate::sim::ant_env::ACTION_DEG;
+use crate::stride::{MAX_PERIOD_S, window};
 use crate::td3::policy::Policy;
 use crate::td3::run_config::{ConfigError, RunConfig};
 use crate::td3::tensor_file::TensorFileError;
 use miette::Diagnostic;
 use protocol::Joint;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
@@ -23,9 +26,38 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=1000))]
     trials: u16,
 
+    /// Average a fixed window of so many seconds, as the paper does with 4, and not the stride.
+    /// It may hold any number of strides, and its ends need not meet
+    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "4")]
+    window: Option<Window>,
+
     /// Print the result as one line of JSON on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// Seconds of a window that a recorded trial has room for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Window(f64);
+
+impl Window {
+    /// A trial must leave a stride to move the window in.
+    const MOST_S: f64 = RECORDED_S - MAX_PERIOD_S;
+}
+
+#[derive(Debug, PartialEq, Error)]
+#[error("a window lasts {} to {} s, not {text:?}", window::MIN_WINDOW_S, Window::MOST_S)]
+struct BadWindow {
+    text: String,
+}
+
+impl FromStr for Window {
+    type Err = BadWindow;
+
+    fn from_str(text: &str) -> Result<Self, BadWindow> {
+        let seconds = text.parse().ok().filter(|s| (window::MIN_WINDOW_S..=Self::MOST_S).contains(s));
+        seconds.map(Self).ok_or_else(|| BadWindow { text: text.into() })
+    }
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -61,37 +93,59 @@ fn play(args: &Args) -> Result<(), RecordCliError> {
     let robot = Robot::of_trained_run(&args.run)?;
     let policy = Policy::load(&args.run.join(run_folder::POLICY))?;
     eprintln!("Playing {} trials of {}.", args.trials, args.run.display());
-    let recording = record(&policy, &robot, config.env, config.seed, args.trials.into())
+    let part = args.window.map_or(Part::Strides, |Window(window_s)| Part::Window { window_s });
+    let recording = record(&policy, &robot, config.env, config.seed, args.trials.into(), part)
         .map_err(|source| RecordCliError::NoGait { source })?;
     recording.save(&args.run).map_err(|source| RecordCliError::Write { source })?;
-    let trajectory = args.run.join(run_folder::TRAJECTORY);
+    if let Err(error) = &recording.fits {
+        eprintln!("warning: no curve in {FIGURE}: {error}");
+    }
+    let (trajectory, figure) = (args.run.join(run_folder::TRAJECTORY), args.run.join(FIGURE));
     if args.json {
         let mut line = serde_json::json!(recording);
         line["trajectory"] = path_text(&trajectory).into();
+        line["figure"] = path_text(&figure).into();
         println!("{line}");
         return Ok(());
     }
-    println!(
-        "{} strides of {:.3} s from {} trials ({} unlike the rest, {} trials fell).",
-        recording.strides_averaged,
-        recording.period_s,
-        recording.trials,
-        recording.strides_left_out,
-        recording.fell
-    );
+    print(&recording, &trajectory, &figure);
+    Ok(())
+}
+
+fn print(recording: &Recording, trajectory: &Path, figure: &Path) {
+    let Recording { period_s, trials, fell, strides_averaged, strides_left_out, .. } = recording;
+    match recording.window_s {
+        None => println!(
+            "{strides_averaged} strides of {period_s:.3} s from {trials} trials ({strides_left_out} unlike \
+             the rest, {fell} trials fell)."
+        ),
+        Some(_) => {
+            let held = recording.strides_in_window.map(|count| format!(", {count:.1} strides"));
+            println!(
+                "{strides_averaged} windows of {period_s:.3} s{} from {trials} trials ({strides_left_out} \
+                 unlike the rest, {fell} trials fell).",
+                held.unwrap_or_default()
+            );
+        }
+    }
     println!(
         "The policy walks at {:.3} m/s on {:.2} W; reward {:.2} a step.",
         recording.speed_m_s, recording.power_w, recording.reward_per_step
     );
+    println!("\njoint          action    spread      degrees    spread   R2 of the curve");
     for joint in Joint::ALL {
-        let values = recording.samples.iter().map(|sample| sample[joint.index()]);
+        let index = joint.index();
+        let values = recording.samples.iter().map(|sample| sample[index]);
         let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
+        let r2 = recording.polynomial_r2[index].map_or("still".into(), |r2| format!("{r2:.3}"));
         println!(
-            "  {}  {least:+.2} to {most:+.2}, spread {:.3}",
+            "{:5}  {least:+.2} to {most:+.2}  {:8.3}  {:+3.0} to {:+3.0}  {:8.1}   {r2:>15}",
             joint.name(),
-            recording.spread[joint.index()]
+            recording.spread[index],
+            least * ACTION_DEG,
+            most * ACTION_DEG,
+            recording.spread_deg[index],
         );
     }
-    println!("{}\nNext: cargo run -p host -- fit", trajectory.display());
-    Ok(())
+    println!("\n{}\n{}\nNext: cargo run -p host -- fit", trajectory.display(), figure.display());
 }

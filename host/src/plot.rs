@@ -1,0 +1,143 @@
+//! Figures for papers and pages: panels of dots, lines and bands, as SVG.
+//!
+//! Owns the look: palette, sizes, axes, legend. The ground is white, so that a
+//! figure reads on a dark page too, and the colours are Okabe and Ito's, which
+//! the colour-blind tell apart. No font of this machine is asked for anything:
+//! the same figure is the same bytes everywhere. Refuses to know what is drawn,
+//! and numbers that are none.
+
+mod axis;
+mod svg;
+
+pub use axis::Axis;
+pub use plotters::style::RGBColor as Colour;
+
+use plotters::drawing::DrawingAreaErrorKind;
+use thiserror::Error;
+
+/// Blue.
+pub const BLUE: Colour = Colour(0, 114, 178);
+/// Vermilion.
+pub const VERMILION: Colour = Colour(213, 94, 0);
+/// What curves of equal rank are drawn in, in this order. Okabe and Ito's
+/// without their yellow, which white drowns.
+pub const PALETTE: [Colour; 7] = [
+    BLUE,
+    VERMILION,
+    Colour(0, 158, 115),
+    Colour(204, 121, 167),
+    Colour(86, 180, 233),
+    Colour(230, 159, 0),
+    Colour(0, 0, 0),
+];
+
+/// Why there is no figure.
+#[derive(Debug, Error)]
+pub enum PlotError {
+    /// A point would have no place.
+    #[error("{panel}: a point at ({x}, {y}) cannot be drawn")]
+    NotFinite {
+        /// Title of the panel.
+        panel: String,
+        /// Where.
+        x: f64,
+        /// Where.
+        y: f64,
+    },
+    /// The drawing library's reason.
+    #[error("cannot draw the figure")]
+    Drawing(#[from] DrawingAreaErrorKind<std::io::Error>),
+}
+
+/// How points are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// One dot a point.
+    Dots,
+    /// Joined.
+    Line,
+    /// Joined, for what is less sure.
+    Dashes,
+    /// The area between the first half of the points and the second, which runs back.
+    Band,
+}
+
+/// Points of one kind.
+#[derive(Debug, Clone)]
+pub struct Layer {
+    /// How.
+    pub mark: Mark,
+    /// In what colour.
+    pub colour: Colour,
+    /// Where, in the units of the axes.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Layer {
+    /// The area between `low` and `high`, over x.
+    pub fn band(colour: Colour, edges: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Self {
+        let mut points: Vec<(f64, f64)> = edges.clone().map(|(x, _, high)| (x, high)).collect();
+        let mut low: Vec<(f64, f64)> = edges.map(|(x, low, _)| (x, low)).collect();
+        low.reverse();
+        points.append(&mut low);
+        Self { mark: Mark::Band, colour, points }
+    }
+}
+
+/// Axes and what is drawn between them, first to last.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    /// Above it, at the left.
+    pub title: String,
+    /// Left to right.
+    pub x: Axis,
+    /// Bottom to top.
+    pub y: Axis,
+    /// The same range in another unit, along the top.
+    pub top: Option<Axis>,
+    /// The later hides the earlier.
+    pub layers: Vec<Layer>,
+}
+
+/// A line of the legend.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// What it is.
+    pub label: String,
+    /// How it is shown; several lie on each other.
+    pub marks: Vec<(Mark, Colour)>,
+}
+
+/// A picture.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Above everything.
+    pub title: String,
+    /// Below the title, in as many lines as it takes.
+    pub legend: Vec<Entry>,
+    /// Panels in a row.
+    pub columns: usize,
+    /// Width and height of a panel, its labels included.
+    pub panel_px: (u32, u32),
+    /// Row by row.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// The picture as the text of an SVG file.
+    ///
+    /// # Errors
+    /// [`PlotError`]
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        for panel in &self.panels {
+            let mut points = panel.layers.iter().flat_map(|layer| &layer.points);
+            if let Some(&(x, y)) = points.find(|(x, y)| !(x.is_finite() && y.is_finite())) {
+                return Err(PlotError::NotFinite { panel: panel.title.clone(), x, y });
+            }
+        }
+        svg::draw(self)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,236 @@
+//! Puts a figure on paper.
+//!
+//! Owns sizes and places. plotters knows whole pixels only, so that everything
+//! is drawn [`FINE`] times as large and shown that much smaller.
+
+use super::{Axis, Colour, Entry, Figure, Mark, Panel, PlotError};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Units of the drawing in a pixel of the picture.
+const FINE: u32 = 8;
+const TITLE_PX: f64 = 17.0;
+const TEXT_PX: f64 = 13.0;
+const TICK_PX: f64 = 12.0;
+/// Around everything.
+const MARGIN_PX: u32 = 12;
+/// Of a line of the legend.
+const LEGEND_ROW_PX: u32 = 22;
+const TITLE_ROW_PX: u32 = 30;
+/// What stands before a label of the legend.
+const SWATCH_PX: u32 = 28;
+/// Between entries of the legend.
+const GAP_PX: u32 = 26;
+/// Widest a letter is on average in the fonts that browsers take for sans-serif, in heights.
+const LETTER_WIDTH: f64 = 0.58;
+
+const INK: Colour = Colour(38, 38, 38);
+const GRID: Colour = Colour(228, 228, 228);
+const FRAME: Colour = Colour(150, 150, 150);
+/// Bands let the grid, and each other, through.
+const BAND_OPACITY: f64 = 0.25;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+const fn fine(px: u32) -> i32 {
+    (px * FINE) as i32
+}
+
+fn font(px: f64, colour: Colour, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    // plotters writes the size divided by 1.24.
+    let size = px * 1.24 * f64::from(FINE);
+    ("sans-serif", size).into_font().color(&colour).pos(Pos::new(horizontal, vertical))
+}
+
+fn text_width_px(text: &str, px: f64) -> u32 {
+    (text.chars().count() as f64 * px * LETTER_WIDTH).ceil() as u32
+}
+
+pub fn draw(figure: &Figure) -> Result<String, PlotError> {
+    let columns = figure.columns.max(1);
+    let rows = figure.panels.len().div_ceil(columns);
+    let width_px = figure.panel_px.0 * columns as u32 + 2 * MARGIN_PX;
+    let legend = legend_rows(&figure.legend, width_px - 2 * MARGIN_PX);
+    let header_px = MARGIN_PX + TITLE_ROW_PX + LEGEND_ROW_PX * legend.len() as u32;
+    let height_px = header_px + figure.panel_px.1 * rows as u32 + MARGIN_PX;
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, (width_px * FINE, height_px * FINE)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let title = font(TITLE_PX, INK, HPos::Left, VPos::Center);
+        let middle = fine(MARGIN_PX + TITLE_ROW_PX / 2 - 3);
+        root.draw(&Text::new(printable(&figure.title), (fine(MARGIN_PX), middle), title))?;
+        for (row, entries) in legend.iter().enumerate() {
+            let top_px = MARGIN_PX + TITLE_ROW_PX + LEGEND_ROW_PX * row as u32;
+            draw_legend(&root, entries, fine(top_px + LEGEND_ROW_PX / 2 - 3))?;
+        }
+        let (_, body) = root.split_vertically(fine(header_px));
+        let body = body.margin(0, fine(MARGIN_PX), fine(MARGIN_PX), fine(MARGIN_PX));
+        for (area, panel) in body.split_evenly((rows.max(1), columns)).iter().zip(&figure.panels) {
+            draw_panel(area, panel)?;
+        }
+        root.present()?;
+    }
+    Ok(shown_smaller(&svg, (width_px, height_px)))
+}
+
+/// The drawing's own size stays in its `viewBox`.
+fn shown_smaller(svg: &str, (width_px, height_px): (u32, u32)) -> String {
+    let (wide, high) = (width_px * FINE, height_px * FINE);
+    let drawn = format!("width=\"{wide}\" height=\"{high}\" viewBox");
+    svg.replacen(&drawn, &format!("width=\"{width_px}\" height=\"{height_px}\" viewBox"), 1)
+}
+
+/// XML has no place for control characters, not even escaped.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
+/// Entries with their places, wrapped into lines that fit.
+fn legend_rows(entries: &[Entry], width_px: u32) -> Vec<Vec<(u32, &Entry)>> {
+    let mut rows: Vec<Vec<(u32, &Entry)>> = Vec::new();
+    let mut used_px = u32::MAX;
+    for entry in entries {
+        let wide_px = SWATCH_PX + text_width_px(&entry.label, TEXT_PX) + GAP_PX;
+        if used_px.saturating_add(wide_px) > width_px + GAP_PX {
+            rows.push(Vec::new());
+            used_px = 0;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((used_px, entry));
+        }
+        used_px += wide_px;
+    }
+    rows
+}
+
+fn draw_legend(root: &Area, entries: &[(u32, &Entry)], middle: i32) -> Result<(), PlotError> {
+    for (left_px, entry) in entries {
+        let left = fine(MARGIN_PX + left_px);
+        let right = left + fine(SWATCH_PX - 6);
+        for &(mark, colour) in &entry.marks {
+            match mark {
+                Mark::Dots => {
+                    root.draw(&Circle::new(((left + right) / 2, middle), fine(3), colour.filled()))?;
+                }
+                Mark::Band => {
+                    let corners = [(left, middle - fine(6)), (right, middle + fine(6))];
+                    root.draw(&Rectangle::new(corners, colour.mix(BAND_OPACITY).filled()))?;
+                }
+                Mark::Line => {
+                    root.draw(&PathElement::new([(left, middle), (right, middle)], stroke(colour)))?
+                }
+                Mark::Dashes => {
+                    let dash = (right - left) * 2 / 5;
+                    for (from, to) in [(left, left + dash), (right - dash, right)] {
+                        root.draw(&PathElement::new([(from, middle), (to, middle)], stroke(colour)))?;
+                    }
+                }
+            }
+        }
+        let style = font(TEXT_PX, INK, HPos::Left, VPos::Center);
+        root.draw(&Text::new(printable(&entry.label), (left + fine(SWATCH_PX), middle), style))?;
+    }
+    Ok(())
+}
+
+fn stroke(colour: Colour) -> ShapeStyle {
+    colour.stroke_width(2 * FINE)
+}
+
+fn draw_panel(area: &Area, panel: &Panel) -> Result<(), PlotError> {
+    let (x, y) = (&panel.x, &panel.y);
+    let widest_px = y.ticks.iter().map(|&tick| text_width_px(&y.text(tick), TICK_PX)).max().unwrap_or(0);
+    let above_px = 26 + if panel.top.is_some() { 36 } else { 0 };
+    let (left, above, below) = (fine(widest_px + 34), fine(above_px), fine(46));
+    let title = font(TEXT_PX + 1.0, INK, HPos::Left, VPos::Center);
+    area.draw(&Text::new(printable(&panel.title), (left, fine(10)), title))?;
+    let mut chart = ChartBuilder::on(area)
+        .margin_right(fine(18))
+        .margin_top(above)
+        .margin_left(left)
+        .margin_bottom(below)
+        .build_cartesian_2d(x.least..x.most, y.least..y.most)?;
+    for &tick in &x.ticks {
+        chart.draw_series([PathElement::new([(tick, y.least), (tick, y.most)], GRID.stroke_width(FINE))])?;
+    }
+    for &tick in &y.ticks {
+        chart.draw_series([PathElement::new([(x.least, tick), (x.most, tick)], GRID.stroke_width(FINE))])?;
+    }
+    for layer in &panel.layers {
+        match layer.mark {
+            Mark::Dots => {
+                let dot = |&at: &(f64, f64)| Circle::new(at, 2 * FINE, layer.colour.filled());
+                chart.draw_series(layer.points.iter().map(dot))?;
+            }
+            Mark::Band => {
+                let style = layer.colour.mix(BAND_OPACITY).filled();
+                chart.draw_series([Polygon::new(layer.points.clone(), style)])?;
+            }
+            Mark::Line => {
+                chart.draw_series([PathElement::new(layer.points.clone(), stroke(layer.colour))])?;
+            }
+            Mark::Dashes => {
+                let style = stroke(layer.colour);
+                let points = layer.points.clone();
+                chart.draw_series(DashedLineSeries::new(points, fine(7), fine(5), style))?;
+            }
+        }
+    }
+    let frame = [(x.least, y.least), (x.most, y.most)];
+    chart.draw_series([Rectangle::new(frame, FRAME.stroke_width(FINE))])?;
+    label_axes(area, panel, &chart)
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;
+
+/// Numbers and names along the axes, in the panel's own pixels.
+fn label_axes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
+    let (x, y) = (&panel.x, &panel.y);
+    let (origin_x, origin_y) = area.get_base_pixel();
+    let place = |at: (f64, f64)| {
+        let (across, down) = chart.backend_coord(&at);
+        (across - origin_x, down - origin_y)
+    };
+    let mark = |from: (i32, i32), to: (i32, i32)| PathElement::new([from, to], FRAME.stroke_width(FINE));
+    for &tick in &x.ticks {
+        let (across, down) = place((tick, y.least));
+        area.draw(&mark((across, down), (across, down + fine(4))))?;
+        let style = font(TICK_PX, INK, HPos::Center, VPos::Top);
+        area.draw(&Text::new(x.text(tick), (across, down + fine(7)), style))?;
+    }
+    for &tick in &y.ticks {
+        let (across, down) = place((x.least, tick));
+        area.draw(&mark((across - fine(4), down), (across, down)))?;
+        let style = font(TICK_PX, INK, HPos::Right, VPos::Center);
+        area.draw(&Text::new(y.text(tick), (across - fine(7), down), style))?;
+    }
+    let (first, bottom) = place((x.least, y.least));
+    let (last, top) = place((x.most, y.most));
+    let centre = (first + last) / 2;
+    let style = font(TICK_PX, INK, HPos::Center, VPos::Top);
+    area.draw(&Text::new(printable(&x.label), (centre, bottom + fine(24)), style.clone()))?;
+    let turned = font(TICK_PX, INK, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
+    area.draw(&Text::new(printable(&y.label), (fine(2), (top + bottom) / 2), turned))?;
+    if let Some(other) = &panel.top {
+        for &tick in &other.ticks {
+            let across = first + share(other, tick, last - first);
+            area.draw(&mark((across, top - fine(4)), (across, top)))?;
+            let style = font(TICK_PX, INK, HPos::Center, VPos::Bottom);
+            area.draw(&Text::new(other.text(tick), (across, top - fine(5)), style))?;
+        }
+        let style = font(TICK_PX, INK, HPos::Center, VPos::Bottom);
+        area.draw(&Text::new(printable(&other.label), (centre, top - fine(21)), style))?;
+    }
+    Ok(())
+}
+
+/// How far along an axis of `length` a value lies.
+fn share(axis: &Axis, value: f64, length: i32) -> i32 {
+    ((value - axis.least) / (axis.most - axis.least) * f64::from(length)).round() as i32
+}

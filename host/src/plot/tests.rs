@@ -1,0 +1,63 @@
+use super::*;
+
+fn figure(points: Vec<(f64, f64)>) -> Figure {
+    let heights: Vec<f64> = points.iter().map(|(_, y)| *y).collect();
+    Figure {
+        title: "A <title> & more\u{7}".into(),
+        legend: vec![Entry { label: "points".into(), marks: vec![(Mark::Line, BLUE)] }],
+        columns: 1,
+        panel_px: (400, 200),
+        panels: vec![Panel {
+            title: "panel".into(),
+            x: Axis::exact("time (s)", points.iter().map(|(x, _)| *x), 8),
+            y: Axis::round("height (m)", heights, 6),
+            top: Some(Axis::exact("steps", [0.0, 2500.0], 5)),
+            layers: vec![Layer { mark: Mark::Line, colour: BLUE, points }],
+        }],
+    }
+}
+
+/// Well-formed for the XML parser that reads robots' drawings.
+#[test]
+fn a_figure_is_well_formed_whatever_it_is_called() {
+    let svg = figure(vec![(0.0, 1.0), (1.0, 2.0)]).to_svg().unwrap();
+
+    let mut reader = quick_xml::Reader::from_str(&svg);
+    let mut texts = String::new();
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Eof => break,
+            quick_xml::events::Event::Text(text) => texts += &String::from_utf8_lossy(&text),
+            _ => {}
+        }
+    }
+    assert!(svg.starts_with("<svg width=\"424\" height="), "{}", &svg[..60]);
+    assert!(svg.contains("A &lt;title&gt; &amp; more?"), "{svg}");
+    assert!(texts.contains("time (s)") && texts.contains("2,500"), "{texts}");
+}
+
+#[test]
+fn numbers_that_are_none_and_panels_without_points_do_not_panic() {
+    let refused = figure(vec![(0.0, 1.0), (1.0, f64::NAN)]).to_svg();
+
+    assert!(matches!(refused, Err(PlotError::NotFinite { x: 1.0, .. })), "{refused:?}");
+    for points in
+        [vec![], vec![(0.0, 0.0)], vec![(0.0, 7.0), (1.0, 7.0)], vec![(0.0, -1e308), (1e-300, 1e308)]]
+    {
+        figure(points.clone()).to_svg().unwrap_or_else(|error| panic!("{points:?}: {error}"));
+    }
+}
+
+#[test]
+fn axes_begin_and_end_at_round_numbers_that_they_name() {
+    let texts = |axis: &Axis| axis.ticks.iter().map(|&tick| axis.text(tick)).collect::<Vec<_>>().join(" ");
+    let round = Axis::round("", [-0.13, 0.31], 6);
+    let exact = Axis::exact("", [0.0, 1.19], 8);
+    let angles = Axis::degrees("", [-28.0, 31.0], 6);
+    let large = Axis::exact("", [0.0, 250_000.0], 6);
+
+    assert_eq!(texts(&round), "\u{2212}0.2 \u{2212}0.1 0.0 0.1 0.2 0.3 0.4");
+    assert_eq!((texts(&exact).as_str(), exact.most), ("0.0 0.2 0.4 0.6 0.8 1.0", 1.19));
+    assert_eq!(texts(&angles), "\u{2212}30 \u{2212}20 \u{2212}10 0 10 20 30 40");
+    assert_eq!(texts(&large), "0 50,000 100,000 150,000 200,000 250,000");
+}
