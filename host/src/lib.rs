@@ -11,6 +11,8 @@
 
 pub mod calibration;
 pub mod cli;
+#[cfg(feature = "train")]
+pub mod curves;
 pub mod energy;
 pub mod env;
 pub mod fit;

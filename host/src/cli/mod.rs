@@ -8,6 +8,8 @@ mod output;
 mod bench;
 mod calibrate;
 #[cfg(feature = "train")]
+mod curves;
+#[cfg(feature = "train")]
 mod demo;
 mod explain;
 mod fit;
@@ -56,6 +58,8 @@ enum Command {
     /// Learn to walk: TD3 in the simulated Ant
     #[cfg(feature = "train")]
     Train(train::Args),
+    #[cfg(feature = "train")]
+    Curves(curves::Args),
     /// Average the policy's joint trajectories over 20 trials
     #[cfg(feature = "train")]
     Record(record::Args),
@@ -136,6 +140,8 @@ pub fn run(cli: Cli) -> ExitCode {
     let outcome = match cli.command {
         #[cfg(feature = "train")]
         Command::Train(args) => train::run(args),
+        #[cfg(feature = "train")]
+        Command::Curves(args) => curves::run(args),
         #[cfg(feature = "train")]
         Command::Record(args) => record::run(args),
         Command::Fit(args) => fit::run(args),

@@ -135,6 +135,12 @@ fn draw_legend(root: &Area, entries: &[(u32, &Entry)], middle: i32) -> Result<()
     Ok(())
 }
 
+/// As large as lets many dots be dots, within reason.
+fn dot_radius(count: usize, width: u32) -> u32 {
+    let apart = width / (count as u32).max(1);
+    (apart / 2).clamp(FINE * 7 / 8, 2 * FINE)
+}
+
 fn stroke(colour: Colour) -> ShapeStyle {
     colour.stroke_width(2 * FINE)
 }
@@ -161,7 +167,8 @@ fn draw_panel(area: &Area, panel: &Panel) -> Result<(), PlotError> {
     for layer in &panel.layers {
         match layer.mark {
             Mark::Dots => {
-                let dot = |&at: &(f64, f64)| Circle::new(at, 2 * FINE, layer.colour.filled());
+                let radius = dot_radius(layer.points.len(), chart.plotting_area().dim_in_pixel().0);
+                let dot = |&at: &(f64, f64)| Circle::new(at, radius, layer.colour.filled());
                 chart.draw_series(layer.points.iter().map(dot))?;
             }
             Mark::Band => {

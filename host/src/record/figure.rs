@@ -25,7 +25,7 @@ pub fn of(recording: &Recording) -> Figure {
         let edges = curves.band.iter().flat_map(|&(_, low, high)| [low, high]);
         edges.chain(curves.curve.iter().map(|&(_, angle)| angle))
     });
-    let y = Axis::degrees("angle from neutral (degrees)", heights, 6);
+    let y = Axis::degrees("angle (degrees)", heights, 6);
     let x = Axis::exact("time (s)", [0.0, recording.period_s], 8);
     let panel = |leg: usize, joint: Joint| {
         let Curves { dots, band, curve } = &curves[joint.index()];
