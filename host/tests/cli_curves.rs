@@ -70,7 +70,7 @@ fn what_curves_cannot_use_has_its_exit_code_and_writes_nothing() {
 
     fails(&[], 3, "runs/latest holds no train.csv");
     fails(&["walk/robot"], 3, "walk/robot holds no train.csv");
-    fails(&["walk", "--label", "a", "--label", "b"], 2, "2 labels for 1 runs");
+    fails(&["walk", "--label", "a", "--label", "b"], 2, "2 labels (--label) for 1 runs");
     fails(&["walk", "--out", "fig.png"], 2, "fig.png does not end in .svg");
     fails(&["walk"; 8], 2, "8 runs in one figure");
     let damaged = folder.path().join("walk/seed-1/train.csv");

@@ -53,7 +53,7 @@ enum Shaded {
 /// Flags that clap cannot judge.
 #[derive(Debug, Error)]
 enum BadFlag {
-    #[error("{labels} labels for {runs} runs: give each run one, or none")]
+    #[error("{labels} labels (--label) for {runs} runs: give each its own, or none")]
     Labels { labels: usize, runs: usize },
     #[error("--out {} does not end in .svg", .path.display())]
     Out { path: PathBuf },
@@ -171,16 +171,21 @@ fn print(runs: &[RunCurves], out: &Path) {
         let count = run.seeds.len();
         println!("{}: {count} seed{}, {furthest} updates", run.label, if count == 1 { "" } else { "s" });
         for (name, Score { reward, speed_m_s }) in [("final", run.last()), ("best", run.best())] {
-            println!("  {name:5}  reward {}   speed {} m/s", spread(&reward, 1), spread(&speed_m_s, 3));
+            let (reward, speed_m_s) = (spread(&reward, 1, count), spread(&speed_m_s, 3, count));
+            println!("  {name:5}  reward {reward}   speed {speed_m_s} m/s");
         }
     }
-    println!(
-        "Mean \u{b1} standard deviation over seeds (least to most); best: each seed's best evaluation by reward."
-    );
+    if runs.iter().any(|run| run.seeds.len() > 1) {
+        println!("Mean \u{b1} standard deviation over the seeds (least to most).");
+    }
+    println!("Best: each seed's best evaluation by reward, whose policy it keeps.");
     println!("{}", out.display());
 }
 
-fn spread(value: &Spread, decimals: usize) -> String {
+fn spread(value: &Spread, decimals: usize, seeds: usize) -> String {
     let Spread { mean, deviation, least, most } = value;
+    if seeds == 1 {
+        return format!("{mean:.decimals$}");
+    }
     format!("{mean:.decimals$} \u{b1} {deviation:.decimals$} ({least:.decimals$} to {most:.decimals$})")
 }

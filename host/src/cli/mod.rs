@@ -60,7 +60,7 @@ enum Command {
     Train(train::Args),
     #[cfg(feature = "train")]
     Curves(curves::Args),
-    /// Average the policy's joint trajectories over 20 trials
+    /// Average the policy's joint trajectories over 20 trials, and draw them
     #[cfg(feature = "train")]
     Record(record::Args),
     Fit(fit::Args),

@@ -48,8 +48,7 @@ pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
     let rows: Vec<Vec<Row>> = runs.iter().map(RunCurves::rows).collect();
     let updates = || rows.iter().flatten().map(|row| row.updates as f64);
     let x = Axis::exact("updates", std::iter::once(0.0).chain(updates()), 6);
-    let top = steps_axis(&rows, &x);
-    let panel = |title: &str, label: &str, of: fn(&Score) -> &Spread| {
+    let panel = |title: &str, label: &str, top: Option<Axis>, of: fn(&Score) -> &Spread| {
         let mut layers = Vec::new();
         for (rows, colour) in rows.iter().zip(PALETTE) {
             let edges = rows.iter().map(|row| {
@@ -68,11 +67,11 @@ pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
         }
         let heights = layers.iter().flat_map(|layer| &layer.points).map(|&(_, y)| y);
         let y = Axis::round(label, heights.collect::<Vec<_>>(), 6);
-        Panel { title: title.into(), x: x.clone(), y, top: top.clone(), layers }
+        Panel { title: title.into(), x: x.clone(), y, top, layers }
     };
     let panels = vec![
-        panel("Evaluation reward", "reward of an episode", |score| &score.reward),
-        panel("Evaluation speed", "forward speed (m/s)", |score| &score.speed_m_s),
+        panel("Evaluation reward", "reward of an episode", steps_axis(&rows, &x), |score| &score.reward),
+        panel("Evaluation speed", "forward speed (m/s)", None, |score| &score.speed_m_s),
     ];
     Ok(Figure {
         title: "Learning curves".into(),

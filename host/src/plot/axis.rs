@@ -45,8 +45,8 @@ impl Axis {
     }
 
     fn widened(label: &str, (least, most): (f64, f64), step: f64) -> Self {
-        // A hair less: a range that ends at a label needs no further one.
-        let out = |value: f64| (value / step - 1e-9).ceil() * step;
+        // For a hair beyond a label, half a pixel, there is no further one.
+        let out = |value: f64| (value / step - 0.02).ceil() * step;
         Self::new(label, (-out(-least), out(most)), step)
     }
 

@@ -67,8 +67,9 @@ pub fn draw(figure: &Figure) -> Result<String, PlotError> {
         }
         let (_, body) = root.split_vertically(fine(header_px));
         let body = body.margin(0, fine(MARGIN_PX), fine(MARGIN_PX), fine(MARGIN_PX));
+        let left = fine(figure.panels.iter().map(widest_number_px).max().unwrap_or(0) + 34);
         for (area, panel) in body.split_evenly((rows.max(1), columns)).iter().zip(&figure.panels) {
-            draw_panel(area, panel)?;
+            draw_panel(area, panel, left)?;
         }
         root.present()?;
     }
@@ -145,11 +146,16 @@ fn stroke(colour: Colour) -> ShapeStyle {
     colour.stroke_width(2 * FINE)
 }
 
-fn draw_panel(area: &Area, panel: &Panel) -> Result<(), PlotError> {
+/// Along the y axis; panels below each other begin at the same place.
+fn widest_number_px(panel: &Panel) -> u32 {
+    let y = &panel.y;
+    y.ticks.iter().map(|&tick| text_width_px(&y.text(tick), TICK_PX)).max().unwrap_or(0)
+}
+
+fn draw_panel(area: &Area, panel: &Panel, left: i32) -> Result<(), PlotError> {
     let (x, y) = (&panel.x, &panel.y);
-    let widest_px = y.ticks.iter().map(|&tick| text_width_px(&y.text(tick), TICK_PX)).max().unwrap_or(0);
-    let above_px = 26 + if panel.top.is_some() { 36 } else { 0 };
-    let (left, above, below) = (fine(widest_px + 34), fine(above_px), fine(46));
+    let above_px = if panel.top.is_some() { 46 } else { 26 };
+    let (above, below) = (fine(above_px), fine(46));
     let title = font(TEXT_PX + 1.0, INK, HPos::Left, VPos::Center);
     area.draw(&Text::new(printable(&panel.title), (left, fine(10)), title))?;
     let mut chart = ChartBuilder::on(area)
@@ -232,7 +238,7 @@ fn label_axes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError
             area.draw(&Text::new(other.text(tick), (across, top - fine(5)), style))?;
         }
         let style = font(TICK_PX, INK, HPos::Center, VPos::Bottom);
-        area.draw(&Text::new(printable(&other.label), (centre, top - fine(21)), style))?;
+        area.draw(&Text::new(printable(&other.label), (centre, top - fine(23)), style))?;
     }
     Ok(())
 }
