@@ -1,12 +1,10 @@
 //! A stretch of fixed length from every trial, laid onto the others' and averaged.
 //!
-//! The paper's way: 4 s, whatever the stride. Owns the choice of the stretch in
+//! The paper's way, with 4 s, whatever the stride: trials aligned by the lag of
+//! the best correlation, then averaged. Owns the choice of the stretch in
 //! each trial: where it correlates best with those of the others. Its ends need
 //! not meet, and it may hold any number of strides. Refuses trials that do not
 //! move alike.
-//!
-//! # Source
-//! Paper, section 2.3: trials aligned by the lag of the best correlation, then averaged.
 
 use super::{
     Cut, MAX_PERIOD_S, MIN_LIKENESS, PASSES, SEARCH_STEP, Sample, Stride, StrideError, average_cuts, centre,
