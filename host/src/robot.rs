@@ -2,7 +2,7 @@
 //!
 //! Owns the robot's folder: `robot.toml` and, beside it, the MJCF or URDF file
 //! that draws the body. Refuses a number that is no number, or that no such
-//! robot can have (every bound stands in [`Robot::check`]), and a body that is
+//! robot can have (every bound stands in [`FIELDS`]), and a body that is
 //! no torso on four legs of a hip and a knee.
 //!
 //! What a fit changes stands in `robot.toml` and overrides the drawn body:
@@ -16,6 +16,7 @@ mod assembly;
 mod document;
 mod drawn;
 mod error;
+mod fields;
 mod inertia;
 mod limbs;
 mod loaded;
@@ -26,6 +27,7 @@ mod urdf;
 
 pub use drawn::{Drawn, Hinge};
 pub use error::{ModelError, RobotError};
+pub use fields::{FIELDS, Field};
 pub use inertia::{Inertia, Principal};
 pub use limbs::{Leg, Limbs, Link};
 pub use sections::{Geometry, Ground, Mass, Model, Power, PowerLine, Servo, Supply, TwinRecord};
@@ -173,42 +175,21 @@ impl Robot {
     /// # Errors
     /// [`RobotError`] for the first that does not fit.
     pub fn check(&self) -> Result<(), RobotError> {
-        let Self { geometry, mass, servo, ground, power, supply, .. } = self;
-        let shortest_m = limbs::shortest_drawn_shin_m(&self.drawn) * geometry.leg_scale.max(0.0);
-        let bounds = [
-            ("joint_limit_deg", self.joint_limit_deg, 1.0, 90.0),
-            ("geometry.leg_scale", geometry.leg_scale, LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1),
-            ("geometry.shin_below_horizontal_deg", geometry.shin_below_horizontal_deg, 0.0, 90.0),
-            ("geometry.foot_radius_m", geometry.foot_radius_m, 0.001, 0.004 + shortest_m / 4.0),
-            ("geometry.hip_twist_rad_per_n_m", geometry.hip_twist_rad_per_n_m, 0.0, 5.0),
-            ("mass.torso_kg", mass.torso_kg, 0.01, 20.0),
-            ("servo.stiffness_n_m_rad", servo.stiffness_n_m_rad, 0.0, 200.0),
-            ("servo.damping_n_m_s_rad", servo.damping_n_m_s_rad, 0.0, 20.0),
-            ("servo.no_load_speed_rad_s", servo.no_load_speed_rad_s, 0.1, 50.0),
-            ("servo.torque_limit_n_m", servo.torque_limit_n_m, 0.0, 50.0),
-            ("servo.friction_n_m", servo.friction_n_m, 0.0, 5.0),
-            ("servo.dead_band_deg", servo.dead_band_deg, 0.0, 10.0),
-            ("servo.end_stop_deg", servo.end_stop_deg, 20.0, 180.0),
-            ("servo.delay_s", servo.delay_s, 0.0, 0.2),
-            ("servo.neutral_pulse_us", servo.neutral_pulse_us, 500.0, 2500.0),
-            ("servo.pulse_us_per_deg", servo.pulse_us_per_deg, 1.0, 30.0),
-            ("ground.friction", ground.friction, 0.0, 2.0),
-            ("power.electronics_w", power.electronics_w, 0.0, 100.0),
-            ("power.efficiency", power.efficiency, 0.05, 1.0),
-            ("power.heat_w_per_n2_m2", power.heat_w_per_n2_m2, 0.0, 1000.0),
-            ("supply.nominal_v", supply.nominal_v, 1.0, 26.0),
-            ("supply.resistance_ohm", supply.resistance_ohm, 0.0, 5.0),
-        ];
-        for (field, value, min, max) in bounds {
+        for field in FIELDS {
+            let (value, (min, max)) = ((field.get)(self), field.bounds(self));
             // NaN lies within nothing.
             if !(min..=max).contains(&value) {
-                return Err(RobotError::OutOfRange { field, value, min, max });
+                return Err(RobotError::OutOfRange { field: field.name, value, min, max });
             }
         }
         if let Some(value) = self.twin.as_ref().map(|twin| twin.sample_s)
             && !(0.02..=1.0).contains(&value)
         {
             return Err(RobotError::OutOfRange { field: "twin.sample_s", value, min: 0.02, max: 1.0 });
+        }
+        let spread = self.twin.iter().flat_map(|twin| &twin.spread);
+        if let Some((name, &value)) = spread.into_iter().find(|(_, value)| !(0.0..=1000.0).contains(*value)) {
+            return Err(RobotError::Spread { name: name.clone(), value });
         }
         limbs::check_neutral(self)
             .map_err(|source| RobotError::Model { path: (&self.model.file).into(), source: Box::new(source) })

@@ -40,6 +40,17 @@ pub enum RobotError {
         /// Most allowed.
         max: f64,
     },
+    /// A standard deviation that is none.
+    #[error(
+        "robot description: twin.spread gives {name} the standard deviation {value}, but it must be within 0 \
+         to 1000; correct the value, or fit the robot again"
+    )]
+    Spread {
+        /// The fitted parameter.
+        name: String,
+        /// What it says.
+        value: f64,
+    },
     /// It was written when a robot was one file.
     #[error(
         "{path} has no [model]: it is a robot in one file, of an older release, and a robot is a folder \

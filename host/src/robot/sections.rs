@@ -1,6 +1,6 @@
 //! The sections of `robot.toml`.
 //!
-//! Owns the fields and what they mean; their bounds stand in `Robot::check`.
+//! Owns the fields and what they mean; their bounds stand in `super::fields`.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -52,6 +52,22 @@ fn a_number_out_of_range_is_refused_by_name_value_and_limit() {
 }
 
 #[test]
+fn a_spread_that_is_none_is_refused_by_its_parameter() {
+    for value in [-0.1, f64::NAN, f64::INFINITY] {
+        let mut robot = ant();
+        let record = robot.twin.as_mut().expect("the Ant is fitted");
+        record.spread.insert("ground.friction".to_owned(), value);
+
+        let error = robot.check().expect_err("no standard deviation");
+
+        says(
+            &error.to_string(),
+            &["ground.friction", &value.to_string(), "0 to 1000", "fit the robot again"],
+        );
+    }
+}
+
+#[test]
 fn a_number_that_is_none_is_refused() {
     let mut robot = ant();
     robot.ground.friction = f64::NAN;
