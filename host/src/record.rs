@@ -15,7 +15,7 @@ use crate::plot::PlotError;
 use crate::robot::Robot;
 use crate::run_folder::FileError;
 use crate::sim::ant_env::{ACTION_DEG, ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
-use crate::sim::{AntEnv, AntEnvConfig};
+use crate::sim::{AntEnv, AntEnvConfig, Randomisation};
 use crate::stride::{self, Sample, Stride, StrideError, window};
 use crate::td3::policy::Policy;
 use crate::td3::random::{Purpose, episode_seed};
@@ -201,6 +201,8 @@ pub fn record(
 fn play_all(policy: &Policy, robot: &Robot, mut env: AntEnvConfig, seed: u64, trials: usize) -> Vec<Trial> {
     // No time limit: the trial's length is decided here.
     env.episode_steps = 0;
+    // The twin itself: strides of many robots have no common mean.
+    env.randomisation = Randomisation::NONE;
     let mut played = vec![Trial::default(); trials];
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(trials).max(1);
     let share = trials.div_ceil(workers).max(1);

@@ -90,6 +90,12 @@ enum TrainCliError {
     Config(#[from] ConfigError),
     #[error("cannot use this robot")]
     Robot(#[from] crate::robot::RobotError),
+    #[error("env.randomisation.twin_spread is {value}, but robot {robot} has no fitted spread to draw from")]
+    #[diagnostic(help(
+        "fit it to measured trials first (host twin fit), or set twin_spread = 0 in a --config: the other \
+         differences need no fit"
+    ))]
+    NoSpread { value: f64, robot: String },
     #[error("cannot train on device {device}")]
     Device {
         device: Device,
@@ -114,7 +120,9 @@ impl From<TrainCliError> for Failure {
     fn from(error: TrainCliError) -> Self {
         let cause = match &error {
             TrainCliError::Taken { .. } | TrainCliError::Leg { .. } => Cause::Usage,
-            TrainCliError::Config(_) | TrainCliError::Robot(_) => Cause::Input,
+            TrainCliError::Config(_) | TrainCliError::Robot(_) | TrainCliError::NoSpread { .. } => {
+                Cause::Input
+            }
             TrainCliError::Train { source: TrainError::Checkpoint(error), .. } if !error.is_of_writing() => {
                 Cause::Input
             }
@@ -224,6 +232,10 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
         Some(path) => Robot::load(path)?,
         None => Robot::ant(config.leg_scale.0)?,
     };
+    let random = config.env.randomisation;
+    if random.lacks_spread(&robot) {
+        return Err(TrainCliError::NoSpread { value: random.twin_spread, robot: robot.name });
+    }
     Ok((config, robot))
 }
 

@@ -26,6 +26,21 @@ fn a_policy_of_another_robot_is_refused() {
     assert!(matches!(error, RecordError::OtherRobot { observation_len: 12, action_len: 8 }), "{error}");
 }
 
+/// What is recorded is the twin's gait, on whatever robots it was learned.
+#[test]
+fn trials_are_walked_on_the_described_robot() {
+    let told = |trials: Vec<Trial>| -> Vec<[f64; 3]> {
+        trials.iter().map(|trial| [trial.reward, trial.speed, trial.servo_power_w]).collect()
+    };
+    let play = |randomisation| {
+        let env = AntEnvConfig { randomisation, ..AntEnvConfig::default() };
+        told(play_all(&statue(OBSERVATION_LEN), &ant(), env, 3, 2))
+    };
+
+    let differing = Randomisation { mass_share: 0.3, supply_share: 0.5, ..Randomisation::NONE };
+    assert_eq!(play(differing), play(Randomisation::NONE));
+}
+
 #[test]
 fn a_policy_that_falls_is_refused() {
     let mut layer = DenseLayer { weight: vec![0.0; OBSERVATION_LEN * 8], bias: vec![0.0; 8] };

@@ -22,6 +22,7 @@
 //! y and without external forces; the scaling of joint angles and speeds is
 //! pybullet-gym's.
 
+use super::randomisation::{Randomisation, Robots};
 use super::reward::{JOINT_SPEED_SCALE, Observed, RewardConfig, RewardTerms};
 use super::start::{Perturbation, Start};
 use super::torso::TorsoState;
@@ -66,6 +67,8 @@ pub struct AntEnvConfig {
     pub max_tilt_rad: f64,
     /// How far starts differ.
     pub start: Perturbation,
+    /// How far the robots of episodes differ from the described one.
+    pub randomisation: Randomisation,
     /// What is wanted.
     pub reward: RewardConfig,
 }
@@ -79,6 +82,7 @@ impl Default for AntEnvConfig {
             setpoint_limit: 1.0,
             max_tilt_rad: 1.0,
             start: Perturbation::default(),
+            randomisation: Randomisation::NONE,
             reward: RewardConfig::default(),
         }
     }
@@ -88,6 +92,8 @@ impl Default for AntEnvConfig {
 pub struct AntEnv {
     world: World,
     config: AntEnvConfig,
+    /// Where every episode has a robot of its own.
+    robots: Option<Robots>,
     /// In action units, after the slew limit: what the servos are asked for.
     setpoint_action: [f64; 8],
     torso: TorsoState,
@@ -97,7 +103,7 @@ pub struct AntEnv {
 }
 
 impl AntEnv {
-    /// The robot, standing; call [`Env::reset`] before the first step.
+    /// The described robot, standing; call [`Env::reset`] before the first step.
     #[must_use]
     pub fn new(robot: &Robot, config: AntEnvConfig) -> Self {
         let world = World::new(robot);
@@ -105,6 +111,7 @@ impl AntEnv {
         Self {
             world,
             config,
+            robots: Robots::like(robot, config.randomisation),
             setpoint_action: [0.0; 8],
             torso,
             steps: 0,
@@ -132,7 +139,7 @@ impl AntEnv {
         self.servo_power_w
     }
 
-    /// The world, to look at.
+    /// The world, to look at; its robot is the episode's.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
@@ -194,7 +201,10 @@ impl Env for AntEnv {
 
     fn reset(&mut self, seed: u64, observation: &mut [f32]) {
         let start = Start::drawn(&self.config.start, seed);
-        self.world.reset(&[0.0; 8], &start);
+        match &self.robots {
+            Some(robots) => self.world.reset_as(robots.drawn(seed), &[0.0; 8], &start),
+            None => self.world.reset(&[0.0; 8], &start),
+        }
         self.setpoint_action = start.joint_offsets_rad.map(|angle| angle.to_degrees() / ACTION_DEG);
         self.torso = self.world.torso();
         self.steps = 0;

@@ -7,6 +7,7 @@
 pub mod ant_env;
 mod body;
 pub mod open_loop;
+mod randomisation;
 pub mod reward;
 mod servos;
 mod start;
@@ -14,6 +15,7 @@ mod torso;
 mod world;
 
 pub use ant_env::{AntEnv, AntEnvConfig};
+pub use randomisation::{Randomisation, Robots};
 pub use start::{Perturbation, Start};
 pub use torso::TorsoState;
 pub use world::{StepOutcome, World};

@@ -77,6 +77,12 @@ impl World {
         *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
     }
 
+    /// The same, as another robot.
+    pub fn reset_as(&mut self, robot: Robot, joint_angles_rad: &[f64; 8], start: &Start) {
+        let limbs = Arc::new(Limbs::of(&robot));
+        *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
+    }
+
     fn standing(robot: Robot, limbs: Arc<Limbs>, asked_rad: &[f64; 8], start: &Start, substeps: u32) -> Self {
         let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
         let step_s = Self::STEP_S / f64::from(substeps);

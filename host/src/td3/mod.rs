@@ -18,7 +18,7 @@
 //! - The actor moves on updates 2, 4, 6 as in TD3's paper; Tianshou's counts
 //!   from 0 and moves it on 1, 3, 5.
 //!
-//! `configs/walk.toml` and `configs/quick.toml` deviate further and say why
+//! `configs/walk.toml`, `quick.toml` and `robust.toml` deviate further and say why
 //! beside each number.
 
 pub mod adam;

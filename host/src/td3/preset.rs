@@ -15,6 +15,8 @@ pub enum Preset {
     Walk,
     /// A first gait in minutes: 55,000 updates.
     Quick,
+    /// As walk, but on another robot every episode, within the twin's spread.
+    Robust,
 }
 
 impl Preset {
@@ -24,6 +26,7 @@ impl Preset {
             Self::Paper => include_str!("../../configs/paper.toml"),
             Self::Walk => include_str!("../../configs/walk.toml"),
             Self::Quick => include_str!("../../configs/quick.toml"),
+            Self::Robust => include_str!("../../configs/robust.toml"),
         }
     }
 
@@ -33,6 +36,7 @@ impl Preset {
             Self::Paper => "configs/paper.toml",
             Self::Walk => "configs/walk.toml",
             Self::Quick => "configs/quick.toml",
+            Self::Robust => "configs/robust.toml",
         }
     }
 }

@@ -153,7 +153,7 @@ impl RunConfig {
         if !(1..=1_000_000).contains(&self.env.episode_steps) {
             return bad("env.episode_steps", self.env.episode_steps.into(), "1 to 1,000,000");
         }
-        let (env, start) = (&self.env, &self.env.start);
+        let (env, start, random) = (&self.env, &self.env.start, &self.env.randomisation);
         let slew = env.slew_limit_rad_s.unwrap_or(1.0);
         let ranges = [
             ("env.slew_limit_rad_s", slew, 0.001..=1000.0, "0.001 to 1000"),
@@ -163,6 +163,16 @@ impl RunConfig {
             ("env.start.height_m", start.height_m, 0.0..=1.0, "0 to 1"),
             ("env.start.joint_rad", start.joint_rad, 0.0..=0.95, "0 to 0.95, the end stops"),
             ("env.start.friction_share", start.friction_share, 0.0..=1.0, "0 to 1"),
+            ("env.randomisation.twin_spread", random.twin_spread, 0.0..=5.0, "0 to 5 standard deviations"),
+            ("env.randomisation.friction_share", random.friction_share, 0.0..=0.9, "0 to 0.9"),
+            (
+                "env.randomisation.mass_share",
+                random.mass_share,
+                0.0..=0.3,
+                "0 to 0.3, what a torso can carry",
+            ),
+            ("env.randomisation.latency_s", random.latency_s, 0.0..=0.1, "0 to 0.1, in seconds"),
+            ("env.randomisation.supply_share", random.supply_share, 0.0..=0.5, "0 to 0.5"),
         ];
         if let Some((name, value, _, limit)) = ranges.into_iter().find(|(_, v, range, _)| !range.contains(v))
         {

@@ -12,8 +12,8 @@ use crate::env::Env as _;
 use crate::record::RecordError;
 use crate::robot::Robot;
 use crate::run_folder;
-use crate::sim::AntEnv;
 use crate::sim::ant_env::{ACTION_DEG, ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
+use crate::sim::{AntEnv, Randomisation};
 use crate::stream::PoseDeg;
 use crate::td3::policy::Policy;
 use crate::td3::random::{Purpose, episode_seed};
@@ -48,6 +48,8 @@ pub fn programme(args: &Args, run: &Path) -> Result<Programme, Failure> {
     let mut env_config = config.env;
     // No time limit: the length is decided here.
     env_config.episode_steps = 0;
+    // What the real robot is likeliest to be like.
+    env_config.randomisation = Randomisation::NONE;
     let mut env = AntEnv::new(&robot, env_config);
     let mut observation = [0.0; OBSERVATION_LEN];
     env.reset(episode_seed(config.seed, Purpose::RecordedTrial, 0), &mut observation);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::sim::Randomisation;
 use crate::sim::reward::{Electricity, RewardConfig};
 
 fn parse(text: &str) -> Result<RunConfig, ConfigError> {
@@ -59,6 +60,22 @@ fn walk_keeps_the_papers_learner_and_budget_but_charges_true_power() {
 }
 
 #[test]
+fn robust_is_walk_on_robots_that_differ_and_the_others_know_one_robot() {
+    let [paper, walk, quick, robust] = [Preset::Paper, Preset::Walk, Preset::Quick, Preset::Robust]
+        .map(|preset| RunConfig::preset(preset).unwrap());
+
+    for config in [&paper, &walk, &quick] {
+        assert_eq!(config.env.randomisation, Randomisation::NONE);
+    }
+    let mut one_robot = robust.clone();
+    one_robot.env.randomisation = Randomisation::NONE;
+    assert_eq!(one_robot, walk);
+    let Randomisation { twin_spread, friction_share, mass_share, latency_s, supply_share } =
+        robust.env.randomisation;
+    assert!([twin_spread, friction_share, mass_share, latency_s, supply_share].iter().all(|&on| on > 0.0));
+}
+
+#[test]
 fn a_file_can_stand_on_any_preset() {
     let config = parse("based_on = \"quick\"\nseed = 4\n").unwrap();
 
@@ -85,7 +102,7 @@ fn a_file_changes_what_it_names_and_leaves_the_papers_rest() {
 fn a_saved_configuration_comes_back_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("config.toml");
-    let mut config = RunConfig::preset(Preset::Quick).unwrap();
+    let mut config = RunConfig::preset(Preset::Robust).unwrap();
     config.seed = 12;
 
     config.save(&path).unwrap();
@@ -110,6 +127,15 @@ fn an_unknown_name_or_a_bad_number_is_refused_with_its_name() {
         ("[env]\nslew_limit_rad_s = -1.0", "env.slew_limit_rad_s is -1"),
         ("[env]\nmax_tilt_rad = 0.0", "env.max_tilt_rad is 0"),
         ("[env.start]\njoint_rad = nan", "env.start.joint_rad is NaN"),
+        (
+            "[env.randomisation]\ntwin_spread = -1.0",
+            "env.randomisation.twin_spread is -1, it must be 0 to 5 standard deviations",
+        ),
+        ("[env.randomisation]\nfriction_share = nan", "env.randomisation.friction_share is NaN"),
+        ("[env.randomisation]\nmass_share = 0.5", "env.randomisation.mass_share is 0.5, it must be 0 to 0.3"),
+        ("[env.randomisation]\nlatency_s = 30.0", "env.randomisation.latency_s is 30, it must be 0 to 0.1"),
+        ("[env.randomisation]\nsupply_share = inf", "env.randomisation.supply_share is inf"),
+        ("[env.randomisation]\nwind = 0.1", "wind"),
         ("[env.reward]\nforward = inf", "env.reward.forward is inf"),
         ("leg_scale = 9.0", "leg_scale is 9"),
         ("based_on = \"lunch\"", "lunch"),

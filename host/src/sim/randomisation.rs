@@ -1,0 +1,131 @@
+//! A robot like the described one, a little different for each seed.
+//!
+//! Owns which numbers of a description differ and by how much; what it draws
+//! passes `Robot::check`. Refuses to know worlds and episodes. Without any
+//! spread there is nothing to draw, and the robot is the described one to the bit.
+//!
+//! The twin is a fit to one robot on one floor; the robot on the desk is another
+//! one by the spread of that fit, by its battery, its load and its floor. A
+//! policy that has walked on many such robots relies on none of them.
+
+use crate::robot::{Field, Robot};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// Of an episode's seed: a start is drawn from the first, 0, so that the same
+/// seed starts in the same place on whatever robot.
+const STREAM: u64 = 1;
+
+/// How far robots differ from the described one. All draws are uniform.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Randomisation {
+    /// Every parameter that the description's `[twin]` record gives a spread:
+    /// within so many standard deviations, each drawn by itself.
+    pub twin_spread: f64,
+    /// Ground friction, either way, as a share of itself.
+    pub friction_share: f64,
+    /// Mass, either way, as a share of the whole robot's. The torso carries
+    /// it: what differs from day to day is battery, cables and load.
+    pub mass_share: f64,
+    /// Added to the servos' delay: from nothing to this.
+    pub latency_s: f64,
+    /// Supply voltage, either way, as a share of itself. A motor's no-load
+    /// speed and stall torque go with it, and so does the torque for an angle's
+    /// error, which sets the share of time that the voltage is on. Damping, the
+    /// slope of the torque-speed line, does not depend on it.
+    pub supply_share: f64,
+}
+
+impl Randomisation {
+    /// Every robot is the described one.
+    pub const NONE: Self =
+        Self { twin_spread: 0.0, friction_share: 0.0, mass_share: 0.0, latency_s: 0.0, supply_share: 0.0 };
+
+    /// Whether this asks for the spread of a fit that the robot has none of.
+    #[must_use]
+    pub fn lacks_spread(&self, robot: &Robot) -> bool {
+        self.twin_spread > 0.0 && fitted(robot).next().is_none()
+    }
+}
+
+/// Draws robots.
+#[derive(Debug, Clone)]
+pub struct Robots {
+    described: Robot,
+    mass_kg: f64,
+    randomisation: Randomisation,
+    /// What was fitted, and its standard deviation.
+    fitted: Vec<(Field, f64)>,
+}
+
+/// Fitted numbers with their spread. `twin.sample_s` is how long the measured
+/// robot held a table's row: no part of a robot that walks by a policy.
+fn fitted(robot: &Robot) -> impl Iterator<Item = (Field, f64)> {
+    let spread = robot.twin.iter().flat_map(|twin| &twin.spread);
+    spread.filter_map(|(name, &deviation)| Some((Field::named(name)?, deviation)))
+}
+
+impl Robots {
+    /// Robots like this one; none where all would be the same.
+    #[must_use]
+    pub fn like(robot: &Robot, randomisation: Randomisation) -> Option<Self> {
+        (randomisation != Randomisation::NONE).then(|| Self {
+            described: robot.clone(),
+            mass_kg: robot.mass_kg(),
+            randomisation,
+            fitted: fitted(robot).collect(),
+        })
+    }
+
+    /// The robot of that number; the same number gives the same robot. Each
+    /// number of it stays within what a description may say.
+    #[must_use]
+    pub fn drawn(&self, seed: u64) -> Robot {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(STREAM);
+        // Drawn even where it is multiplied by zero, so that a kind of
+        // difference moves no other.
+        let mut either_way = || random.random_range(-1.0..=1.0);
+        let Randomisation { twin_spread, friction_share, mass_share, latency_s, supply_share } =
+            self.randomisation;
+        let friction = 1.0 + friction_share * either_way();
+        let load_kg = self.mass_kg * mass_share * either_way();
+        let latency_s = latency_s * f64::abs(either_way());
+        let voltage = 1.0 + supply_share * either_way();
+
+        let mut robot = self.described.clone();
+        // Last, so that a refit that finds one more parameter moves no other kind.
+        for (field, deviation) in &self.fitted {
+            let value = (field.get)(&robot);
+            (field.set)(&mut robot, value + twin_spread * deviation * either_way());
+        }
+        robot.ground.friction *= friction;
+        robot.mass.torso_kg += load_kg;
+        robot.servo.delay_s += latency_s;
+        robot.supply.nominal_v *= voltage;
+        robot.servo.no_load_speed_rad_s *= voltage;
+        robot.servo.torque_limit_n_m *= voltage;
+        robot.servo.stiffness_n_m_rad *= voltage;
+        self.within_bounds(robot)
+    }
+
+    fn within_bounds(&self, mut robot: Robot) -> Robot {
+        for field in crate::robot::FIELDS {
+            let (min, max) = field.bounds(&robot);
+            let value = (field.get)(&robot);
+            // Not `clamp`, which panics where a bound is none.
+            (field.set)(&mut robot, value.max(min).min(max));
+        }
+        // The one check that no bound of a single number covers: knees that
+        // cannot be turned to that slope.
+        if robot.check().is_err() {
+            robot.geometry.shin_below_horizontal_deg = self.described.geometry.shin_below_horizontal_deg;
+        }
+        robot
+    }
+}
+
+#[cfg(test)]
+mod tests;
