@@ -10,6 +10,8 @@
 #![deny(unsafe_code)]
 
 pub mod calibration;
+#[cfg(test)]
+mod cause_chain;
 pub mod cli;
 #[cfg(feature = "train")]
 pub mod curves;

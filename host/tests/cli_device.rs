@@ -2,38 +2,14 @@
 #![cfg(feature = "train")]
 #![allow(missing_docs)]
 
-use assert_cmd::Command;
+mod tiny_training;
+
 use assert_cmd::assert::Assert;
 use std::path::Path;
-use std::time::Duration;
-
-/// A second of training.
-const TINY: &str = "
-[td3]
-hidden_layers = 1
-hidden_width = 16
-batch_size = 16
-[schedule]
-epochs = 2
-updates_per_epoch = 20
-env_steps_per_update = 5
-round_updates = 10
-warm_up_env_steps = 100
-training_envs = 2
-evaluation_episodes = 2
-[env]
-episode_steps = 70
-";
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
-    folder
-}
+use tiny_training::{folder, host};
 
 fn train(folder: &Path, args: &[&str]) -> Assert {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host"));
-    command.current_dir(folder).timeout(Duration::from_secs(120)).arg("train").args(args).assert()
+    host(folder).arg("train").args(args).assert()
 }
 
 fn stderr(output: &Assert) -> String {

@@ -2,6 +2,8 @@
 
 mod bench_host;
 mod fake_robot;
+#[cfg(feature = "train")]
+mod tiny_training;
 
 use bench_host::Setting;
 use fake_robot::Troubles;
@@ -74,14 +76,10 @@ fn a_run_of_another_robot_lives_on_without_its_folder() {
     let setting = Setting::new(Troubles::default());
     let here = setting.folder.path();
     pony().save(&here.join("mine")).unwrap();
-    let tiny = "[td3]\nhidden_layers = 1\nhidden_width = 16\nbatch_size = 16\n\
-        [schedule]\nepochs = 2\nupdates_per_epoch = 40\nenv_steps_per_update = 5\nround_updates = 10\n\
-        warm_up_env_steps = 100\ntraining_envs = 2\nevaluation_episodes = 2\n[env]\nepisode_steps = 70\n";
-    std::fs::write(here.join("tiny.toml"), tiny).unwrap();
+    std::fs::write(here.join("tiny.toml"), tiny_training::TINY).unwrap();
     let host = |args: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("host").unwrap();
-        command.current_dir(here).env("NO_COLOR", "1").args(args);
-        command.timeout(std::time::Duration::from_secs(120));
+        let mut command = tiny_training::host(here);
+        command.args(args);
         command
     };
     host(&["train", "--config", "tiny.toml", "--robot", "mine", "--out", "run"]).assert().success();

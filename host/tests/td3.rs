@@ -2,78 +2,17 @@
 #![cfg(feature = "train")]
 #![allow(missing_docs)]
 
-use host::env::{Env, Step};
+mod cart;
+
+use cart::{Cart, Ride, learning};
 use host::run_folder;
 use host::td3::POLICY_DESCRIPTION;
 use host::td3::checkpoint::{self, CheckpointError};
-use host::td3::config::{Learning, Schedule, Td3Config};
+use host::td3::config::{Learning, Td3Config};
 use host::td3::device::Device;
-use host::td3::outcome::{Ending, Event, Outcome, TrainError};
+use host::td3::outcome::{Ending, Outcome, TrainError};
 use host::td3::policy::Policy;
-use host::td3::trainer::Run;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// A cart on a line that is to stand at the origin; it starts anywhere within
-/// a metre, an episode lasts 30 steps, and 3 m away it falls off.
-struct Cart {
-    position: f32,
-    steps: u32,
-    /// Breaks down after this many steps in all episodes together.
-    steps_to_live: u32,
-}
-
-impl Cart {
-    fn boxed() -> Box<dyn Env> {
-        Box::new(Self { position: 0.0, steps: 0, steps_to_live: u32::MAX })
-    }
-
-    fn mortal() -> Box<dyn Env> {
-        Box::new(Self { position: 0.0, steps: 0, steps_to_live: 400 })
-    }
-}
-
-impl Env for Cart {
-    fn observation_len(&self) -> usize {
-        2
-    }
-
-    fn action_len(&self) -> usize {
-        1
-    }
-
-    fn reset(&mut self, seed: u64, observation: &mut [f32]) {
-        self.position = (seed % 2001) as f32 / 1000.0 - 1.0;
-        self.steps = 0;
-        observation.copy_from_slice(&[self.position, 0.5]);
-    }
-
-    fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Step {
-        let velocity = 0.3 * action[0].clamp(-1.0, 1.0);
-        self.position += velocity;
-        self.steps += 1;
-        self.steps_to_live -= 1;
-        observation.copy_from_slice(&[self.position, 0.5]);
-        let terminated = self.position.abs() > 3.0;
-        let reward = if self.steps_to_live == 0 { f32::NAN } else { 1.0 - self.position.abs() };
-        Step { reward, terminated, truncated: !terminated && self.steps >= 30, forward_speed_m_s: velocity }
-    }
-}
-
-fn learning(epochs: u64) -> Learning {
-    Learning {
-        td3: Td3Config { hidden_layers: 2, hidden_width: 32, batch_size: 32, ..Td3Config::default() },
-        schedule: Schedule {
-            epochs,
-            updates_per_epoch: 100,
-            env_steps_per_update: 2,
-            round_updates: 20,
-            warm_up_env_steps: 200,
-            training_envs: 3,
-            evaluation_episodes: 8,
-        },
-    }
-}
 
 fn train(learning: &Learning, seed: u64, folder: &Path, resume: bool, stop_after: u64) -> Outcome {
     train_on(Device::Cpu, learning, seed, folder, resume, stop_after)
@@ -87,14 +26,7 @@ fn train_on(
     resume: bool,
     stop_after: u64,
 ) -> Outcome {
-    let stop = AtomicBool::new(false);
-    let run = Run { learning, make_env: &Cart::boxed, seed, device, folder, stop: &stop };
-    run.train(resume, &mut |event| {
-        if matches!(event, Event::Round { updates, .. } if updates >= stop_after) {
-            stop.store(true, Ordering::Relaxed);
-        }
-    })
-    .unwrap()
+    Ride { device, resume, stop_after, ..Ride::new(learning, seed, folder) }.train().unwrap()
 }
 
 /// Everything a run leaves but its wall-clock times.
@@ -187,18 +119,10 @@ fn an_interrupted_run_ends_as_if_it_had_not_been() {
 #[test]
 fn a_task_that_blows_up_stops_the_run_and_keeps_the_best_policy() {
     let folder = tempfile::tempdir().unwrap();
-    let stop = AtomicBool::new(false);
     let learning = learning(20);
-    let run = Run {
-        learning: &learning,
-        make_env: &Cart::mortal,
-        seed: 0,
-        device: Device::Cpu,
-        folder: folder.path(),
-        stop: &stop,
-    };
+    let run = Ride { make_env: Cart::mortal, ..Ride::new(&learning, 0, folder.path()) };
 
-    let error = run.train(false, &mut |_| {}).unwrap_err();
+    let error = run.train().unwrap_err();
 
     assert!(matches!(error, TrainError::Collect(_)), "{error}");
     assert!(Policy::load(&folder.path().join(run_folder::POLICY)).is_ok());
@@ -207,19 +131,10 @@ fn a_task_that_blows_up_stops_the_run_and_keeps_the_best_policy() {
 #[test]
 fn learning_that_diverges_stops_and_keeps_the_best_policy() {
     let folder = tempfile::tempdir().unwrap();
-    let stop = AtomicBool::new(false);
     let mut learning = learning(20);
     learning.td3.critic_learning_rate = 1e30;
-    let run = Run {
-        learning: &learning,
-        make_env: &Cart::boxed,
-        seed: 0,
-        device: Device::Cpu,
-        folder: folder.path(),
-        stop: &stop,
-    };
 
-    let error = run.train(false, &mut |_| {}).unwrap_err();
+    let error = Ride::new(&learning, 0, folder.path()).train().unwrap_err();
 
     assert!(matches!(error, TrainError::Diverged { .. }), "{error}");
     let policy = Policy::load(&folder.path().join(run_folder::POLICY)).unwrap();
@@ -323,14 +238,11 @@ mod on_libtorch {
     #[test]
     fn learning_that_diverges_stops_and_keeps_the_best_policy() {
         let folder = tempfile::tempdir().unwrap();
-        let stop = AtomicBool::new(false);
         let mut learning = learning(20);
         learning.td3.critic_learning_rate = 1e30;
-        let (seed, device) = (0, Device::Torch);
-        let make_env = &Cart::boxed;
-        let run = Run { learning: &learning, make_env, seed, device, folder: folder.path(), stop: &stop };
+        let run = Ride { device: Device::Torch, ..Ride::new(&learning, 0, folder.path()) };
 
-        let error = run.train(false, &mut |_| {}).unwrap_err();
+        let error = run.train().unwrap_err();
 
         assert!(matches!(error, TrainError::Diverged { .. }), "{error}");
         assert!(Policy::load(&folder.path().join(run_folder::POLICY)).unwrap().is_finite());

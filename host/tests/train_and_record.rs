@@ -2,46 +2,17 @@
 #![cfg(feature = "train")]
 #![allow(missing_docs)]
 
-use assert_cmd::Command;
+mod tiny_training;
+
 use host::run_folder;
 use host::td3::checkpoint;
-use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
+use tiny_training::{DIFFERING, TINY, folder, folder_with, host};
 
-/// Seconds of training; episodes are short so that some end within it.
-const TINY: &str = "
-[td3]
-hidden_layers = 1
-hidden_width = 16
-batch_size = 16
-[schedule]
-epochs = 2
-updates_per_epoch = 40
-env_steps_per_update = 5
-round_updates = 10
-warm_up_env_steps = 100
-training_envs = 2
-evaluation_episodes = 2
-[env]
-episode_steps = 70
-";
-
-/// The same without an end in sight.
+/// A training without an end in sight.
 fn endless() -> String {
     TINY.replace("epochs = 2", "epochs = 100000")
-}
-
-fn host(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host"));
-    command.current_dir(folder).timeout(Duration::from_secs(120));
-    command
-}
-
-fn folder_with(config: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("tiny.toml"), config).unwrap();
-    folder
 }
 
 fn json(output: &[u8]) -> serde_json::Value {
@@ -50,7 +21,7 @@ fn json(output: &[u8]) -> serde_json::Value {
 
 #[test]
 fn train_leaves_a_run_that_the_next_commands_find() {
-    let folder = folder_with(TINY);
+    let folder = folder();
 
     let output =
         host(folder.path()).args(["train", "--config", "tiny.toml", "--seed", "3", "--json"]).assert();
@@ -75,9 +46,16 @@ fn train_leaves_a_run_that_the_next_commands_find() {
 /// the very same state do the networks come out alike.
 #[test]
 fn an_interrupted_run_of_the_ant_ends_as_if_it_had_not_been() {
-    let folder = folder_with(TINY);
+    let (one_robot, differing) = (ends_as_if_it_had_not_been(TINY), format!("{TINY}{DIFFERING}"));
+
+    assert_ne!(one_robot, ends_as_if_it_had_not_been(&differing), "the robots did not differ");
+}
+
+/// Compares an interrupted run with a whole one; gives its last networks.
+fn ends_as_if_it_had_not_been(config: &str) -> Vec<u8> {
+    let folder = folder_with(config);
     let train = |args: &[&str]| host(folder.path()).arg("train").args(args).assert().success();
-    let longer = TINY.replace("epochs = 2", "epochs = 4");
+    let longer = config.replace("epochs = 2", "epochs = 4");
     std::fs::write(folder.path().join("longer.toml"), &longer).unwrap();
     train(&["--config", "longer.toml", "--out", "whole"]);
 
@@ -93,6 +71,7 @@ fn an_interrupted_run_of_the_ant_ends_as_if_it_had_not_been() {
         std::fs::read(folder.path().join(run).join(checkpoint::FOLDER).join(name)).unwrap()
     };
     assert_eq!(state("whole"), state("broken"));
+    state("whole")
 }
 
 #[cfg(unix)]
@@ -136,7 +115,7 @@ fn ctrl_c_saves_says_how_to_go_on_and_exits_130() {
 /// Side by side, and yet each seed's run is what it is alone.
 #[test]
 fn seeds_side_by_side_end_as_each_alone_and_the_best_is_taken_over() {
-    let folder = folder_with(TINY);
+    let folder = folder();
     let train =
         |args: &[&str]| host(folder.path()).args(["train", "--config", "tiny.toml"]).args(args).assert();
     let read = |path: &str| std::fs::read(folder.path().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -167,7 +146,7 @@ fn seeds_side_by_side_end_as_each_alone_and_the_best_is_taken_over() {
 /// One seed was done and the other had not begun when the power failed.
 #[test]
 fn seeds_go_on_where_they_were() {
-    let folder = folder_with(TINY);
+    let folder = folder();
     let train = |args: &[&str]| host(folder.path()).arg("train").args(args).assert().success();
     let policy = || std::fs::read(folder.path().join("both/seed-1/policy.safetensors")).unwrap();
     train(&["--config", "tiny.toml", "--seeds", "0..2", "--out", "both"]);
@@ -183,7 +162,7 @@ fn seeds_go_on_where_they_were() {
 /// The other seeds are none the worse for one that goes wrong.
 #[test]
 fn a_seed_that_diverges_is_named_and_only_if_all_do_is_there_no_best() {
-    let folder = folder_with(TINY);
+    let folder = folder();
     host(folder.path())
         .args(["train", "--config", "tiny.toml", "--seeds", "0..2", "--out", "both"])
         .assert()
@@ -229,6 +208,9 @@ fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
     fails(&["train", "--config", "tiny.toml"], 3, "batchsize");
     fails(&["train", "--config", "none.toml"], 3, "none.toml");
     fails(&["train", "--robot", "none.toml"], 3, "none.toml");
+    let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/pony");
+    let unfitted = "robot Pony has no fitted spread";
+    fails(&["train", "--preset", "robust", "--robot", pony], 3, unfitted);
     fails(&["train", "--seeds", "4..4"], 2, "1 to 1000 seeds");
     fails(&["train", "--seeds", "0..2", "--seed", "1"], 2, "--seed");
     fails(&["train", "--leg", "7"], 2, "7 is no leg scale");
@@ -242,7 +224,7 @@ fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
 
 #[test]
 fn a_run_is_not_trained_over() {
-    let folder = folder_with(TINY);
+    let folder = folder();
     let args = ["train", "--config", "tiny.toml", "--out", "run"];
     host(folder.path()).args(args).assert().success();
 
@@ -255,7 +237,7 @@ fn a_run_is_not_trained_over() {
 /// An untrained network stands or twitches; a stride made of that would be a lie.
 #[test]
 fn record_refuses_a_policy_that_has_no_gait_and_writes_nothing() {
-    let folder = folder_with(TINY);
+    let folder = folder();
     host(folder.path()).args(["train", "--config", "tiny.toml"]).assert().success();
 
     let output = host(folder.path()).args(["record", "--trials", "4"]).assert().code(3);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::cause_chain::message_of;
 use proptest::prelude::*;
 use protocol::Amplitude;
 use std::path::PathBuf;
@@ -26,17 +27,6 @@ fn saved(text: &str) -> (tempfile::TempDir, PathBuf) {
     let path = folder.path().join("gait.toml");
     std::fs::write(&path, text).unwrap();
     (folder, path)
-}
-
-/// The whole chain of causes, as it is printed.
-fn message_of(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }
 
 #[test]

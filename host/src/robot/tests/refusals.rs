@@ -1,7 +1,7 @@
 //! Whatever a file can have wrong is told by name, and nothing panics.
 
 use super::*;
-use std::error::Error as _;
+use crate::cause_chain::message_of;
 
 /// The Ant's folder with one text changed in one of its files.
 fn changed(file: &str, from: &str, to: &str) -> String {
@@ -28,14 +28,7 @@ fn changed_pony(from: &str, to: &str) -> String {
 
 /// The error of a folder, with its causes.
 fn told(folder: &Path) -> String {
-    let error = Robot::load(folder).expect_err("refused");
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
+    message_of(&Robot::load(folder).expect_err("refused"))
 }
 
 fn says(text: &str, parts: &[&str]) {

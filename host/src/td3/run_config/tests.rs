@@ -1,4 +1,5 @@
 use super::*;
+use crate::cause_chain::message_of;
 use crate::sim::Randomisation;
 use crate::sim::reward::{Electricity, RewardConfig};
 
@@ -140,10 +141,8 @@ fn an_unknown_name_or_a_bad_number_is_refused_with_its_name() {
         ("leg_scale = 9.0", "leg_scale is 9"),
         ("based_on = \"lunch\"", "lunch"),
     ] {
-        let error = parse(text).unwrap_err();
+        let error = message_of(&parse(text).unwrap_err());
 
-        let cause = std::error::Error::source(&error).map(ToString::to_string);
-        let error = format!("{error}: {}", cause.unwrap_or_default());
         assert!(error.contains(named) && error.contains("mine.toml"), "{error}");
     }
 }
