@@ -3,6 +3,7 @@ use crate::env::Env;
 use crate::robot::FIELDS;
 use crate::sim::ant_env::OBSERVATION_LEN;
 use crate::sim::{AntEnv, AntEnvConfig, Perturbation, World};
+use std::sync::Arc;
 
 const ALL: Randomisation = Randomisation {
     twin_spread: 2.0,
@@ -113,6 +114,17 @@ fn every_fitted_number_fills_its_spread_and_no_other_moves() {
     assert_eq!(strangers, ["twin.sample_s"]);
 }
 
+/// Else a refit could spread a number that training silently leaves alone.
+#[test]
+fn whatever_a_fit_can_change_can_be_drawn_but_for_how_a_table_is_played() {
+    for parameter in crate::twin::PARAMETERS {
+        match Field::named(parameter.name) {
+            Some(field) => assert_eq!((field.get)(&ant()), parameter.value_of(&ant()), "{}", field.name),
+            None => assert_eq!(parameter.name, "twin.sample_s"),
+        }
+    }
+}
+
 #[test]
 fn friction_and_mass_fill_their_shares_and_no_more() {
     let (friction, torso_kg, robot_kg) = (ant().ground.friction, ant().mass.torso_kg, ant().mass_kg());
@@ -142,6 +154,9 @@ fn one_kind_of_difference_moves_no_other_and_no_start() {
 #[test]
 fn a_drawn_robot_keeps_within_what_a_description_may_say() {
     let mut wide = ant();
+    // A knee that its frame stops 20 degrees from where it is drawn.
+    let knee = &mut Arc::make_mut(&mut wide.drawn).legs[0].knee;
+    knee.range_rad = Some([-20.0_f64, 20.0].map(f64::to_radians));
     let spread = &mut wide.twin.as_mut().expect("the Ant is fitted").spread;
     for field in FIELDS {
         spread.insert(field.name.to_owned(), 500.0);
@@ -208,6 +223,22 @@ fn a_low_supply_slows_the_servos_and_a_high_one_hurries_them() {
     tops.sort_by(|a, b| a.0.total_cmp(&b.0));
     assert!(tops[0].0 < 4.5 && tops[5].0 > 5.5, "{tops:?}");
     assert!(tops.windows(2).all(|pair| pair[0].1 < pair[1].1), "{tops:?}");
+}
+
+#[test]
+fn voltage_moves_speed_and_torque_alike_and_leaves_the_damping() {
+    let (robot, described) = (drawn(Randomisation { supply_share: 0.3, ..Randomisation::NONE }, 2), ant());
+
+    let (now, then) = (&robot.servo, &described.servo);
+    let share = robot.supply.nominal_v / described.supply.nominal_v;
+    for (now, then) in [
+        (now.no_load_speed_rad_s, then.no_load_speed_rad_s),
+        (now.torque_limit_n_m, then.torque_limit_n_m),
+        (now.stiffness_n_m_rad, then.stiffness_n_m_rad),
+    ] {
+        assert!((now / then - share).abs() < 1e-12, "{now} of {then} at {share}");
+    }
+    assert!((share - 1.0).abs() > 0.01 && now.damping_n_m_s_rad == then.damping_n_m_s_rad);
 }
 
 #[test]
