@@ -71,6 +71,14 @@ impl Playable {
         f64::from(self.encoded.period_us()) / 1e6
     }
 
+    /// Angles in a frame of a walk, counted from 0, at speed 1.0 and within the
+    /// gait's limits: as the firmware's player computes them.
+    #[must_use]
+    pub fn frame(&self, frame: u32, amplitude: Amplitude) -> [Angle; JOINT_COUNT] {
+        let phase_q32 = frame.wrapping_mul(phase_step(self.encoded.period_us()));
+        Joint::ALL.map(|joint| self.limited(joint, (phase_q32 >> 16) as u16, amplitude))
+    }
+
     /// Checks that no joint leaves the gait's limits at `amplitude`.
     ///
     /// # Errors
@@ -219,6 +227,16 @@ mod tests {
         assert_eq!((refused.joint, refused.limit_deg), (Joint::Hip1, -30.0));
         assert!((refused.angle_deg + 45.0).abs() < 0.2, "{refused}");
         assert!(refused.largest.is_some_and(|largest| (largest - 1.75).abs() < 0.02), "{refused:?}");
+    }
+
+    /// A stride is 120 frames here; a phase is early by some 2^-32, never late.
+    #[test]
+    fn frames_go_through_the_stride_and_start_it_anew_within_the_limits() {
+        let hip1_deg = |frame, a| triangle().frame(frame, amplitude(a))[0].deg();
+
+        assert_eq!([0, 30, 60, 90].map(|frame| hip1_deg(frame, 1.0).round()), [5.0, 25.0, 5.0, -15.0]);
+        assert_eq!(hip1_deg(30, 3.0), 45.0, "held at its limit");
+        assert_eq!(hip1_deg(30 + 120 * 1000, 1.0), hip1_deg(30, 1.0));
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod record;
 mod recording;
 mod robots;
 mod set;
+mod simulate;
 mod status;
 mod stop;
 #[cfg(feature = "train")]
@@ -64,6 +65,7 @@ enum Command {
     #[cfg(feature = "train")]
     Record(record::Args),
     Fit(fit::Args),
+    Simulate(simulate::Args),
     Calibrate(calibrate::Args),
     UploadGait(upload_gait::Args),
     Measure(measure::Args),
@@ -145,6 +147,7 @@ pub fn run(cli: Cli) -> ExitCode {
         #[cfg(feature = "train")]
         Command::Record(args) => record::run(args),
         Command::Fit(args) => fit::run(args),
+        Command::Simulate(args) => simulate::run(args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),

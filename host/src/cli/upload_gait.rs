@@ -4,7 +4,7 @@
 //! words; the transfer is [`crate::upload`]'s.
 
 mod check;
-mod material;
+pub(super) mod material;
 
 use super::explain::{failure, failure_with_help, path_text};
 use super::reach::{Port, link_cause, unreachable_robot};

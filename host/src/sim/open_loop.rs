@@ -3,6 +3,14 @@
 //! Owns the trial: a slow entry, then so many seconds of setpoints that are
 //! computed 60 times a second and held, as the robot does. Refuses to know
 //! where the gait comes from: anything that gives eight angles for a time.
+//! [`Playback`] is that for a gait as the robot has it, and [`play_starts`]
+//! plays one from many starts.
+
+mod playback;
+mod starts;
+
+pub use playback::Playback;
+pub use starts::{Diverged, Starts, play_starts};
 
 use super::start::Start;
 use super::world::World;
@@ -57,6 +65,15 @@ pub struct Walk {
     pub dragged_share: f64,
     /// Whether it lay down at any time, the entry included.
     pub fell: bool,
+}
+
+impl Walk {
+    /// Whether all of it are numbers; the cost of transport may be infinite.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let numbers = [self.distance_m, self.energy_j, self.turned_rad, self.max_tilt_rad];
+        numbers.iter().chain(&self.displacement_m).all(|number| number.is_finite())
+    }
 }
 
 /// Plays `gait`, angles in radians for a time in seconds from 0, on a fresh robot.

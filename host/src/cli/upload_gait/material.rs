@@ -46,6 +46,11 @@ impl Material {
         let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
         let path = args.gait.clone().unwrap_or_else(default);
         let robot = robots::beside(args.robot.as_deref(), &path)?;
+        Self::load(path, robot)
+    }
+
+    /// Reads a gait, for `robot`.
+    pub fn load(path: PathBuf, robot: Robot) -> Result<Self, Failure> {
         if let Some((bytes, playable)) = sampled_bytes(&path) {
             let source = Source::Table.name();
             return Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: None });

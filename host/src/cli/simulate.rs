@@ -1,0 +1,83 @@
+//! `host simulate`: a gait on the simulated robot, without firmware and ports.
+//!
+//! Owns the flags and the words; the trial is [`crate::sim::open_loop`]'s.
+
+mod report;
+
+use super::explain::{failure, failure_with_help};
+use super::measure::DURATION_RANGE_S;
+use super::recording::{BadFlag, check_range};
+use super::upload_gait::material::Material;
+use super::{Cause, Failure, robots};
+use crate::robot::Robot;
+use crate::run_folder;
+use crate::sim::Perturbation;
+use crate::sim::open_loop::{Playback, Starts, Trial, Walk, play_starts};
+use protocol::Amplitude;
+use std::path::{Path, PathBuf};
+
+/// Play a gait open loop in the simulation: how far, on what power, and does it fall?
+///
+/// The gait is computed 60 times a second from the robot's own bytes, held at its
+/// limits and rounded to pulses, as the firmware does; nothing corrects it. Each
+/// start differs a little in heading, height, joint angles and friction.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The gait: a readable file, or the bytes of a table (.bin) [default: that of the last run]
+    gait: Option<PathBuf>,
+    /// Amplitude about each joint's centre, 0.5 to 3.0; 1.875 is a policy's own stroke
+    #[arg(long = "amp", value_name = "X", default_value_t = 2.0)]
+    amplitude: f64,
+    /// Length of the walk from each start, in seconds
+    #[arg(long = "duration", value_name = "S", default_value_t = 60.0)]
+    duration_s: f64,
+    /// How many starts
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    starts: u32,
+    /// Of the starts: the same seed draws the same
+    #[arg(long, default_value_t = 0, value_parser = super::seed())]
+    seed: u64,
+    /// Folder of the robot that walks [default: the run's, else the Ant]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
+    robot: Option<PathBuf>,
+    /// The Ant with legs of this length: 1.0 is 23 cm, 0.6 is 13.8 cm
+    #[arg(long, value_name = "X")]
+    leg: Option<f64>,
+    /// Print the result as JSON, with a row for each start
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was played, where, and what came of it.
+struct Simulated {
+    material: Material,
+    amplitude: Amplitude,
+    starts: Starts,
+    walks: Vec<Walk>,
+}
+
+pub fn run(args: Args) -> Result<(), Failure> {
+    let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
+    let amplitude = Amplitude::from_f64(args.amplitude).ok_or_else(|| {
+        let error = BadFlag::Range { flag: "amp", value: args.amplitude, min: least, max: most };
+        failure(Cause::Usage, error)
+    })?;
+    check_range("duration", Some(args.duration_s), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
+    let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
+    let path = args.gait.clone().unwrap_or_else(default);
+    let robot = match args.leg {
+        Some(leg) => Robot::ant(leg).map_err(|e| failure(Cause::Input, e))?,
+        None => robots::beside(args.robot.as_deref(), &path)?,
+    };
+    let material = Material::load(path, robot)?;
+    let playback = Playback::new(&material.playable, amplitude, &material.robot);
+    let trial = Trial { duration_s: args.duration_s, ..Trial::default() };
+    let starts = Starts { perturbation: Perturbation::default(), seed: args.seed, count: args.starts };
+    let walks = play_starts(&material.robot, &trial, &starts, |time_s| playback.setpoints_rad(time_s));
+    let walks = walks.map_err(|e| {
+        let help = "this robot cannot be simulated: are the servos' stiffness and the masses in its robot.toml right?";
+        failure_with_help(Cause::Input, e, help)
+    })?;
+    report::print(&args, &Simulated { material, amplitude, starts, walks });
+    Ok(())
+}

@@ -1,0 +1,172 @@
+//! What the walks came to, for people and for scripts.
+
+use super::{Args, Simulated};
+use crate::cli::explain::path_text;
+use crate::gait_file::gait_sha256;
+use crate::sim::open_loop::Walk;
+use protocol::{Joint, Speed};
+use serde_json::{Value, json};
+
+/// Mean and spread of one figure over the starts.
+struct Figure {
+    mean: f64,
+    /// Standard deviation of a start; 0 for a single one.
+    spread: f64,
+    least: f64,
+    most: f64,
+}
+
+impl Figure {
+    fn of(walks: &[Walk], value: impl Fn(&Walk) -> f64) -> Self {
+        let values: Vec<f64> = walks.iter().map(value).collect();
+        let count = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        let extreme = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick).unwrap_or(mean);
+        Self {
+            mean,
+            spread: (square / (count - 1.0).max(1.0)).sqrt(),
+            least: extreme(f64::min),
+            most: extreme(f64::max),
+        }
+    }
+
+    /// Infinite ones, of a robot that stood still, are null.
+    fn to_json(&self) -> Value {
+        json!({ "mean": self.mean, "spread": self.spread, "least": self.least, "most": self.most })
+    }
+}
+
+type Row = (&'static str, &'static str, &'static str, fn(&Walk) -> f64);
+
+/// Words, unit, key and value of each line.
+const ROWS: [Row; 7] = [
+    ("speed", "m/s", "speed_m_s", |walk| walk.speed_m_s),
+    ("mean power", "W", "mean_power_w", |walk| walk.mean_power_w),
+    ("cost of transport", "", "cost_of_transport", |walk| walk.cost_of_transport),
+    ("distance", "m", "distance_m", |walk| walk.distance_m),
+    ("forward", "m", "forward_m", |walk| walk.displacement_m[0]),
+    ("turned", "degrees", "turned_deg", |walk| walk.turned_rad.to_degrees()),
+    ("dragged", "% of time", "dragged_share", |walk| walk.dragged_share),
+];
+
+/// Prints the table, or with `--json` one object; warnings go to standard error.
+pub fn print(args: &Args, simulated: &Simulated) {
+    let warnings = warnings(args, simulated);
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    if args.json {
+        println!("{:#}", to_json(args, simulated, &warnings));
+    } else {
+        print_table(args, simulated);
+    }
+}
+
+/// What keeps the simulated robot, and a real one, from walking as the gait says.
+fn warnings(args: &Args, Simulated { material, amplitude, .. }: &Simulated) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let clipped_share = material.clipped_share(*amplitude);
+    if clipped_share > 0.0 {
+        warnings.push(format!(
+            "at {}x joints are held at their limits during {:.1} % of each stride",
+            args.amplitude,
+            100.0 * clipped_share
+        ));
+    }
+    let servo_deg_s = material.robot.servo.top_speed_rad_s().to_degrees();
+    let demands = material.playable.demands(*amplitude, Speed::ONE, servo_deg_s);
+    let fastest = Joint::ALL
+        .into_iter()
+        .zip(demands)
+        .max_by(|(_, a), (_, b)| a.fastest_deg_s.total_cmp(&b.fastest_deg_s))
+        .filter(|(_, demand)| demand.too_fast_share > 0.0);
+    if let Some((joint, demand)) = fastest {
+        warnings.push(format!(
+            "{} is to turn at up to {:.0} degrees/s; its servo does {servo_deg_s:.0}: it lags in {:.0} % of \
+             the stride, and so may others",
+            joint.name(),
+            demand.fastest_deg_s,
+            100.0 * demand.too_fast_share
+        ));
+    }
+    warnings
+}
+
+fn fell(walks: &[Walk]) -> usize {
+    walks.iter().filter(|walk| walk.fell).count()
+}
+
+fn print_table(args: &Args, simulated: &Simulated) {
+    let Simulated { material, starts, walks, .. } = simulated;
+    println!(
+        "gait \"{}\" at {}x, a stride in {:.3} s, on {} (leg {}, {:.3} kg)",
+        material.playable.encoded().name().as_str(),
+        args.amplitude,
+        material.period_s(),
+        material.robot.name,
+        material.robot.geometry.leg_scale,
+        material.robot.mass_kg(),
+    );
+    println!("{} starts of {} s, seed {}\n", starts.count, args.duration_s, starts.seed);
+    println!("                         mean   spread    least     most");
+    for (words, unit, key, value) in ROWS {
+        let scale = if key == "dragged_share" { 100.0 } else { 1.0 };
+        let figure = Figure::of(walks, |walk| scale * value(walk));
+        let line =
+            [figure.mean, figure.spread, figure.least, figure.most].map(|v| format!("{v:9.3}")).concat();
+        println!("{words:20}{line}  {unit}");
+    }
+    match fell(walks) {
+        0 => println!("\nit fell from none of {} starts", walks.len()),
+        fell => println!(
+            "\nit FELL from {fell} of {} starts; their walks count in the figures above",
+            walks.len()
+        ),
+    }
+}
+
+fn to_json(args: &Args, simulated: &Simulated, warnings: &[String]) -> Value {
+    let Simulated { material, amplitude, starts, walks } = simulated;
+    let rows: Vec<Value> = (0..starts.count)
+        .zip(walks)
+        .map(|(number, walk)| {
+            let start = starts.start(number);
+            let mut row = json!({
+                "start": number,
+                "start_yaw_deg": start.yaw_rad.to_degrees(),
+                "start_friction_share": start.friction_share,
+                "sideways_m": walk.displacement_m[1],
+                "energy_j": walk.energy_j,
+                "max_tilt_deg": walk.max_tilt_rad.to_degrees(),
+                "fell": walk.fell,
+            });
+            for (_, _, key, value) in ROWS {
+                row[key] = value(walk).into();
+            }
+            row
+        })
+        .collect();
+    let mut result = json!({
+        "gait": path_text(&material.path),
+        "gait_name": material.playable.encoded().name().as_str(),
+        "gait_sha256": gait_sha256(&material.bytes),
+        "gait_source": material.source,
+        "period_s": material.period_s(),
+        "amplitude": args.amplitude,
+        "duration_s": args.duration_s,
+        "starts": starts.count,
+        "seed": starts.seed,
+        "robot": material.robot.name,
+        "leg_scale": material.robot.geometry.leg_scale,
+        "mass_kg": material.robot.mass_kg(),
+        "clipped_share": material.clipped_share(*amplitude),
+        "fell": fell(walks),
+        "walks": rows,
+        "warnings": warnings,
+    });
+    for (_, _, key, value) in ROWS {
+        result[key] = Figure::of(walks, value).to_json();
+    }
+    result
+}
