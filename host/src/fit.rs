@@ -10,6 +10,7 @@
 //! samples.
 
 mod least_squares;
+pub mod speeds;
 
 use crate::gait_file::JointSeries;
 use protocol::gait::{COEFFICIENT_COUNT, DEGREE};
@@ -94,7 +95,8 @@ pub struct Scale {
 /// One joint's curve, and what it leaves over.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointFit {
-    /// The curve; its residual and R2 are filled in.
+    /// The curve; its residual and R2 are filled in. R2 is the share of the
+    /// trajectory's variance that the curve keeps.
     pub series: JointSeries,
     /// Highest minus lowest angle at amplitude 1.0.
     pub stroke_deg: f64,

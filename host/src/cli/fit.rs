@@ -4,18 +4,29 @@
 //! scales is [`super::recording`]'s, the fit and the file are the library's.
 
 pub(super) mod history;
+mod joined;
+mod kept;
+mod pace;
 mod refusal;
 mod report;
 
 use super::explain::{failure, failure_with_help};
 use super::recording::{Chosen, Recording, Unsaid};
+use super::upload_gait::material::playable;
 use super::{Cause, Failure};
 use crate::fit::{self, Seam};
 use crate::gait_file::GaitFile;
+use crate::robot::Robot;
+use joined::{Joined, Seams};
+use kept::Kept;
+use pace::Pace;
 use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
 use refusal::{unplayable, unsaved};
 use std::path::PathBuf;
 use thiserror::Error;
+
+/// What the README's story uploads at.
+const USUAL_AMPLITUDE: f64 = 2.2;
 
 /// Fit a degree-10 polynomial per joint and write the gait.
 ///
@@ -23,6 +34,9 @@ use thiserror::Error;
 /// the stride is looked for. Columns hold actions, and the scales are degrees:
 /// angle = centre-offset + centre-unit * mean action + amplitude * unit *
 /// (action - mean action). Columns in degrees: --unit-deg 1 --centre-unit-deg 1.
+///
+/// A gait that the servos cannot follow at amplitude 1.0 is refused. Of a run's own
+/// recording the gait is played in the simulation, for what it keeps of the policy's speed.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -30,9 +44,15 @@ pub struct Args {
     /// Run folder whose trajectory is fitted [default: the last run's]
     #[arg(long, value_name = "DIR", conflicts_with = "trajectory")]
     run: Option<PathBuf>,
-    /// How strides join [default: continuous for a whole stride as `record` writes it, else free as in the paper]
-    #[arg(long, value_name = "free|continuous")]
-    seam: Option<Seam>,
+    /// How strides join: with value and slope continuous, or free to jump, as in the paper
+    #[arg(long, value_name = "free|continuous", default_value = Seam::Continuous.name())]
+    seam: Seam,
+    /// Folder of the robot that it is for [default: the run's, else the Ant]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
+    robot: Option<PathBuf>,
+    /// Write a gait that the servos cannot follow: they will lag
+    #[arg(long)]
+    lag: bool,
     /// What the robot will call it, up to 16 characters [default: from the file or the seed]
     #[arg(long)]
     name: Option<String>,
@@ -62,16 +82,16 @@ enum BadFlag {
 
 pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
+    args.recording.robot = args.robot.take();
     if let Some(path) = args.out.as_ref().filter(|path| path.extension().is_none_or(|e| e != "toml")) {
         return Err(failure(Cause::Usage, BadFlag::Out { path: path.clone() }));
     }
     let chosen = args.recording.choose(Unsaid::FindStride)?;
     check_period(&chosen)?;
-    let default_seam = if chosen.is_whole_stride { Seam::Continuous } else { Seam::Free };
-    let seam = args.seam.unwrap_or(default_seam);
-    let fits = fit::fit(chosen.actions()?, &chosen.scale, seam).map_err(|e| failure(Cause::Input, e))?;
+    let rows = chosen.actions()?;
+    let fits = fit::fit(rows, &chosen.scale, args.seam).map_err(|e| failure(Cause::Input, e))?;
 
-    let provenance = history::provenance(&args, &chosen, seam);
+    let provenance = history::provenance(&args, &chosen, args.seam);
     let gait = GaitFile {
         name: args.name.clone().unwrap_or_else(|| history::default_name(&chosen.path, &provenance)),
         period_s: chosen.played_s(),
@@ -79,11 +99,32 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
         provenance,
         joints: fits.clone().map(|fit| fit.series),
     };
-    gait.check().map_err(unplayable)?;
+    let playable = playable(&gait.encoded().map_err(unplayable)?)?;
+    let taken = Joined::new(fits, playable, joined::own_stroke(&chosen.scale));
+    let seams = Seams::new(args.seam, taken, rows, &chosen.scale, &gait);
+    let robot = match &chosen.robot {
+        Some(robot) => robot.clone(),
+        None => Robot::ant(1.0).map_err(|e| failure(Cause::Input, e))?,
+    };
+    let pace = Pace::of(&seams.taken, robot.servo.top_speed_rad_s().to_degrees());
+    if !args.lag {
+        pace.check(&seams, chosen.time_stretch, &robot.name)?;
+    }
     let out = history::out_path(&args, &chosen)?;
     gait.save(&out).map_err(unsaved)?;
-    report::print(&args, &out, &gait, &fits, &chosen);
+    let kept = Kept::of(&chosen, &robot, &gait, &seams, &pace);
+    report::print(&args, &Fitted { out, gait, seams, pace, kept, chosen });
     Ok(())
+}
+
+/// All that there is to say about a fit.
+struct Fitted {
+    out: PathBuf,
+    gait: GaitFile,
+    seams: Seams,
+    pace: Pace,
+    kept: Result<Option<Kept>, kept::NoComparison>,
+    chosen: Chosen,
 }
 
 /// Refuses strides that no robot plays.

@@ -32,6 +32,9 @@ pub struct Recording {
     /// Run folder whose trajectory is taken where none is named; a flag of its own for some.
     #[arg(skip)]
     pub run: Option<PathBuf>,
+    /// Folder of the robot that it is for; a flag of its own for some.
+    #[arg(skip)]
+    pub robot: Option<PathBuf>,
     /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
     #[arg(long, value_name = "A..B")]
     rows: Option<Rows>,
@@ -235,9 +238,10 @@ impl Recording {
 
     fn robot(&self) -> Result<Option<Robot>, Failure> {
         let path = self.path();
-        let robot = match self.leg {
-            Some(leg) => Robot::ant(leg).map(Some),
-            None => Robot::of_run(path.parent().unwrap_or(Path::new(""))),
+        let robot = match (&self.robot, self.leg) {
+            (Some(folder), _) => Robot::load(folder).map(Some),
+            (None, Some(leg)) => Robot::ant(leg).map(Some),
+            (None, None) => Robot::of_run(path.parent().unwrap_or(Path::new(""))),
         };
         robot.map_err(|e| failure(Cause::Input, e))
     }

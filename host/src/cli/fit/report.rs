@@ -1,39 +1,32 @@
 //! What a fit came to, for people and for scripts.
 
-use super::Args;
+use super::joined::Joined;
+use super::{Args, Fitted, USUAL_AMPLITUDE};
 use crate::cli::explain::path_text;
-use crate::cli::recording::Chosen;
-use crate::fit::{FEW_ROWS, JointFit, R2_WARNING};
-use crate::gait_file::limits::round_down;
+use crate::fit::{FEW_ROWS, JointFit, R2_WARNING, Seam};
+use crate::gait_file::limits::{as_typed, round_down};
 use crate::gait_file::{GaitFile, gait_sha256};
 use crate::run_folder;
-use protocol::{Amplitude, JOINT_COUNT, Joint};
-use serde_json::json;
+use protocol::{Amplitude, Joint};
+use serde_json::{Value, json};
 use std::path::Path;
 
-/// Strides this uneven at the seam are worth a warning: more than a servo turns in a frame.
-const SEAM_WARNING_DEG: f64 = 5.0;
-
-/// What the README's story uploads at.
-const USUAL_AMPLITUDE: f64 = 2.2;
-
 /// Prints the table, or with `--json` one object; warnings go to standard error.
-pub fn print(args: &Args, out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) {
-    let warnings = warnings(fits, chosen);
+pub fn print(args: &Args, fitted: &Fitted) {
+    let warnings = warnings(fitted);
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
     if args.json {
-        print_json(out, gait, fits, chosen, &warnings);
+        print_json(fitted, &warnings);
     } else {
-        print_table(out, gait, fits, chosen);
+        print_words(fitted);
     }
 }
 
-fn warnings(fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) -> Vec<String> {
+fn warnings(Fitted { seams, pace, kept, chosen, .. }: &Fitted) -> Vec<String> {
     let mut warnings = Vec::new();
-    for joint in Joint::ALL {
-        let fit = &fits[joint.index()];
+    for (joint, fit) in Joint::ALL.into_iter().zip(&seams.taken.fits) {
         if let Some(r2) = fit.series.r2.filter(|&r2| r2 < R2_WARNING) {
             warnings.push(format!(
                 "{}: R2 is {r2:.2}, below {R2_WARNING}: the curve does not show what the recording does; \
@@ -41,9 +34,11 @@ fn warnings(fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) -> Vec<String> {
                 joint.name()
             ));
         }
-        if fit.seam_jump_deg.abs() > SEAM_WARNING_DEG {
+        let frames = fit.seam_jump_deg.abs() / pace.frame_deg();
+        if frames > 1.0 {
             warnings.push(format!(
-                "{}: strides meet with a step of {:.1} degrees; --seam continuous joins them",
+                "{}: strides meet with a step of {:.1} degrees, for which its servo takes {frames:.1} frames; \
+                 --seam continuous joins them",
                 joint.name(),
                 fit.seam_jump_deg
             ));
@@ -53,10 +48,16 @@ fn warnings(fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) -> Vec<String> {
     if rows < FEW_ROWS {
         warnings.push(format!("{rows} rows are few: below {FEW_ROWS} the curve may swing between them"));
     }
+    warnings.extend(pace.warning(seams));
+    match kept {
+        Ok(kept) => warnings.extend(kept.as_ref().and_then(|kept| kept.warning())),
+        Err(error) => warnings.push(format!("not compared with the policy: {error}")),
+    }
     warnings
 }
 
-fn print_table(out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chosen: &Chosen) {
+fn print_words(fitted: &Fitted) {
+    let Fitted { out, gait, pace, kept, chosen, .. } = fitted;
     println!(
         "{}: rows {}..{} of {}, {:.3} s recorded, {:.3} s played, seam {}",
         gait.name,
@@ -74,18 +75,16 @@ fn print_table(out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chos
             100.0 * found.seam_mismatch
         );
     }
-    println!("\njoint  residual RMS     R2   centre   stroke     seam   (degrees at amplitude 1.0)");
-    for joint in Joint::ALL {
-        let JointFit { series, stroke_deg, seam_jump_deg } = &fits[joint.index()];
-        let r2 = series.r2.map_or("still".into(), |r2| format!("{r2:.3}"));
-        let residual = series.residual_rms_deg.unwrap_or(0.0);
-        println!(
-            "{:5}  {residual:12.2}  {r2:>5}  {:7.2}  {stroke_deg:7.2}  {seam_jump_deg:7.2}",
-            joint.name(),
-            series.centre_deg
-        );
-    }
+    print_table(fitted);
     println!("\n{}", reach(gait));
+    match pace.largest_followed {
+        Some(a) if a >= Amplitude::MAX.value() => println!("the servos follow it at every amplitude"),
+        Some(amplitude) => println!("the servos follow it up to {amplitude}x"),
+        None => println!("the servos follow it at no amplitude"),
+    }
+    if let Ok(Some(kept)) = kept {
+        println!("{}", kept.words());
+    }
     println!("gait {} in {} and {}", digest(gait), out.display(), out.with_extension("bin").display());
     let largest = gait.largest_amplitude().map_or(USUAL_AMPLITUDE, |l| round_down(l.amplitude));
     let amplitude = largest.min(USUAL_AMPLITUDE);
@@ -97,6 +96,46 @@ fn print_table(out: &Path, gait: &GaitFile, fits: &[JointFit; JOINT_COUNT], chos
         let named = if is_default { String::new() } else { format!(" --gait {}", out.display()) };
         println!("Next: cargo run -p host -- upload-gait --amp {amplitude}{named}");
     }
+}
+
+/// Both seams side by side, within 100 columns.
+fn print_table(Fitted { seams, pace, .. }: &Fitted) {
+    let own = seams.own_stroke.map_or(String::new(), |amplitude| format!("{:.2}x", amplitude.value()));
+    let other = |seam| if seam == seams.seam() { "" } else { ", not in the gait" };
+    let head = |seam: Seam| format!("seam {}{}", seam.name(), other(seam));
+    println!("\n{:24}| {:34} | {}", "", head(Seam::Continuous), head(Seam::Free));
+    let columns = format!("{:>6}{:>7}{:>7}{:>7}{own:>7}", "RMS", "R2", "jump", "1.0x");
+    println!("{:6}{:>8}{:>9} | {columns} | {columns}", "joint", "centre", "stroke");
+    for joint in Joint::ALL {
+        let JointFit { series, stroke_deg, .. } = &seams.taken.fits[joint.index()];
+        let side = |seam| seams.with(seam).map_or("no such gait".into(), |joined| side(joined, joint));
+        println!(
+            "{:6}{:8.2}{stroke_deg:9.2} | {:34} | {}",
+            joint.name(),
+            series.centre_deg,
+            side(Seam::Continuous),
+            side(Seam::Free)
+        );
+    }
+    println!("degrees at amplitude 1.0; R2: share of the trajectory's variance that the curve keeps;");
+    println!("jump: from a stride's end to the next one's start;");
+    let own = seams.own_stroke.map_or(String::new(), |_| format!(" and {own}, the policy's own stroke"));
+    println!(
+        "1.0x{own}: peak joint speed, the seam included, in degrees/s; the servos do {:.0}",
+        pace.servo_deg_s
+    );
+}
+
+/// One joint with one seam.
+fn side(joined: &Joined, joint: Joint) -> String {
+    let JointFit { series, seam_jump_deg, .. } = &joined.fits[joint.index()];
+    let r2 = series.r2.map_or("still".into(), |r2| format!("{r2:.3}"));
+    let at_one = joined.at_one[joint.index()].deg_s();
+    let own =
+        joined.at_own_stroke.map_or(String::new(), |peaks| format!("{:.0}", peaks[joint.index()].deg_s()));
+    // Not -0.00: a continuous seam's jump is rounding.
+    let jump = if seam_jump_deg.abs() < 0.005 { 0.0 } else { *seam_jump_deg };
+    format!("{:6.2}{r2:>7}{jump:7.2}{at_one:7.0}{own:>7}", series.residual_rms_deg.unwrap_or(0.0))
 }
 
 /// How far the gait may be amplified, in words.
@@ -124,17 +163,12 @@ fn digest(gait: &GaitFile) -> String {
     gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default()
 }
 
-fn print_json(
-    out: &Path,
-    gait: &GaitFile,
-    fits: &[JointFit; JOINT_COUNT],
-    chosen: &Chosen,
-    warnings: &[String],
-) {
+fn print_json(fitted: &Fitted, warnings: &[String]) {
+    let Fitted { out, gait, seams, pace, kept, chosen } = fitted;
     let joints: Vec<_> = Joint::ALL
         .into_iter()
         .map(|joint| {
-            let JointFit { series, stroke_deg, seam_jump_deg } = &fits[joint.index()];
+            let JointFit { series, stroke_deg, seam_jump_deg } = &seams.taken.fits[joint.index()];
             json!({
                 "name": joint.name(),
                 "residual_rms_deg": series.residual_rms_deg,
@@ -161,7 +195,33 @@ fn print_json(
         "largest_amplitude": largest.map(|l| round_down(l.amplitude)),
         "limiting_joint": largest.map(|l| l.joint.name()),
         "joints": joints,
+        "own_stroke_amplitude": seams.own_stroke.map(as_typed),
+        "servo_deg_s": pace.servo_deg_s,
+        "largest_followed_amplitude": pace.largest_followed,
+        "seams": {
+            "free": seams.with(Seam::Free).map(seam_to_json),
+            "continuous": seams.with(Seam::Continuous).map(seam_to_json),
+        },
+        "open_loop": kept.as_ref().ok(),
         "warnings": warnings,
     });
     println!("{result:#}");
+}
+
+fn seam_to_json(joined: &Joined) -> Value {
+    let joint = |joint: Joint| {
+        let JointFit { series, seam_jump_deg, .. } = &joined.fits[joint.index()];
+        let own = joined.at_own_stroke.map(|peaks| peaks[joint.index()]);
+        json!({
+            "name": joint.name(),
+            "residual_rms_deg": series.residual_rms_deg,
+            "r2": series.r2,
+            "seam_jump_deg": seam_jump_deg,
+            "peak_deg_s": joined.at_one[joint.index()].deg_s(),
+            "peak_deg_s_own_stroke": own.map(|peak| peak.deg_s()),
+            "curve_peak_deg_s": joined.at_one[joint.index()].curve_deg_s,
+            "curve_peak_deg_s_own_stroke": own.map(|peak| peak.curve_deg_s),
+        })
+    };
+    json!({ "joints": Joint::ALL.map(joint) })
 }

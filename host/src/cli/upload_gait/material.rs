@@ -114,7 +114,8 @@ fn sampled_bytes(path: &Path) -> Option<(Vec<u8>, Playable)> {
     Some((bytes, playable))
 }
 
-fn playable(bytes: &[u8]) -> Result<Playable, Failure> {
+/// The gait in its bytes, to look ahead with.
+pub fn playable(bytes: &[u8]) -> Result<Playable, Failure> {
     Playable::from_bytes(bytes).map_err(|reason| {
         let path = PathBuf::from("the table");
         failure(Cause::Input, GaitFileError::Bytes { path, len: bytes.len(), reason })
@@ -123,7 +124,7 @@ fn playable(bytes: &[u8]) -> Result<Playable, Failure> {
 
 fn unreadable(error: GaitFileError) -> Failure {
     let help = match &error {
-        GaitFileError::File(_) => "`host fit` writes runs/latest/gait.toml; or name another: --gait FILE",
+        GaitFileError::File(_) => "`host fit` writes runs/latest/gait.toml; or name another",
         GaitFileError::Bytes { .. } => "copy the file again, or use the gait.toml beside it",
         GaitFileError::Parse { .. } | GaitFileError::Unusable { .. } => "write it anew with `host fit`",
     };

@@ -1,0 +1,97 @@
+//! Whether the robot's servos follow the curve.
+//!
+//! Refuses a gait that is too fast for them even at amplitude 1.0, the least
+//! that is of use: whatever walks then is not the curve. A jump at a free seam
+//! is only warned of: the authors' own loop has one, their robot walked with
+//! it, and a servo is back on the curve a few frames later.
+
+use super::USUAL_AMPLITUDE;
+use super::joined::{Joined, Seams};
+use crate::cli::explain::failure_with_help;
+use crate::cli::{Cause, Failure};
+use crate::fit::Seam;
+use crate::fit::speeds::{PeakSpeed, largest_followed, peak_speeds};
+use crate::gait_file::limits::as_typed;
+use protocol::{Amplitude, FRAME_RATE_HZ, JOINT_COUNT, Joint};
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+#[error(
+    "{joint} would have to turn at {fastest_deg_s:.0} degrees/s even at amplitude 1.0; \
+     the servos of {robot} do {servo_deg_s:.0}"
+)]
+struct TooFast {
+    joint: &'static str,
+    fastest_deg_s: f64,
+    robot: String,
+    servo_deg_s: f64,
+}
+
+/// What the servos can do, and how far that takes the gait.
+pub struct Pace {
+    pub servo_deg_s: f64,
+    /// Up to which amplitude they follow, if to any.
+    pub largest_followed: Option<f64>,
+}
+
+impl Pace {
+    pub fn of(gait: &Joined, servo_deg_s: f64) -> Self {
+        Self { servo_deg_s, largest_followed: largest_followed(&gait.playable, servo_deg_s) }
+    }
+
+    /// Refuses what they follow at no useful amplitude.
+    pub fn check(&self, seams: &Seams, time_stretch: f64, robot: &str) -> Result<(), Failure> {
+        let (joint, fastest_deg_s) = fastest(&seams.taken.at_one);
+        if fastest_deg_s <= self.servo_deg_s {
+            return Ok(());
+        }
+        let servo_deg_s = self.servo_deg_s;
+        // Up, to a tenth.
+        let stretch = (10.0 * time_stretch * fastest_deg_s / servo_deg_s).ceil() / 10.0;
+        let mut moves = vec![format!("play it slower: --time-stretch {stretch}, or a longer --period")];
+        let is_slow = |other: &Joined| fastest(&other.at_one).1 <= servo_deg_s;
+        if seams.seam() == Seam::Free && seams.other.as_ref().is_some_and(is_slow) {
+            moves.push("join its ends: --seam continuous".to_owned());
+        }
+        moves.push(match self.largest_followed {
+            Some(amplitude) => format!("write it anyway: --lag, and play it at {amplitude}x at most"),
+            None => "write it anyway: --lag; its servos will lag at every amplitude".to_owned(),
+        });
+        moves.push("name a robot with faster servos: --robot FOLDER".to_owned());
+        let (joint, robot) = (joint.name(), robot.to_owned());
+        let error = TooFast { joint, fastest_deg_s, robot, servo_deg_s };
+        Err(failure_with_help(Cause::Input, error, moves.join("; or ")))
+    }
+
+    /// What a servo turns from one frame to the next.
+    pub fn frame_deg(&self) -> f64 {
+        self.servo_deg_s / f64::from(FRAME_RATE_HZ)
+    }
+
+    /// Says where the servos stop following, if that is below where the gait is to be played.
+    pub fn warning(&self, seams: &Seams) -> Option<String> {
+        let usual = Amplitude::from_f64(USUAL_AMPLITUDE);
+        let at = |amplitude: Amplitude, words: &str| {
+            let peaks = peak_speeds(&seams.taken.playable, amplitude);
+            let (joint, deg_s) = fastest(&peaks);
+            (deg_s > self.servo_deg_s)
+                .then(|| format!("{} at {deg_s:.0} at {}x{words}", joint.name(), as_typed(amplitude)))
+        };
+        let own = seams.own_stroke.and_then(|amplitude| at(amplitude, ", the policy's own stroke"));
+        let asked: Vec<String> = own.into_iter().chain(usual.and_then(|a| at(a, ""))).collect();
+        let up_to = self.largest_followed.map_or("at no amplitude".to_owned(), |a| format!("up to {a}x"));
+        (!asked.is_empty()).then(|| {
+            format!(
+                "the servos do {:.0} degrees/s, but are to turn {}; they follow {up_to}, beyond that they lag",
+                self.servo_deg_s,
+                asked.join(", and ")
+            )
+        })
+    }
+}
+
+/// The joint whose curve is the fastest, the seam left out.
+pub fn fastest(peaks: &[PeakSpeed; JOINT_COUNT]) -> (Joint, f64) {
+    let speeds = Joint::ALL.into_iter().zip(peaks.iter().map(|peak| peak.curve_deg_s));
+    speeds.max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or((Joint::Hip1, 0.0))
+}
