@@ -4,7 +4,8 @@
 //! and deviation. The files stay outside: [`crate::trajectory`] reads, this
 //! fits, [`crate::gait_file`] keeps. Refuses fewer rows than make a residual.
 //!
-//! Deviations from the paper: the basis is Chebyshev's on the normalised phase,
+//! Deviations from the paper: strides are joined ([`Seam::Continuous`]) unless
+//! one asks for [`Seam::Free`], which is the paper's; the basis is Chebyshev's on the normalised phase,
 //! not monomials in time (the same curves, well conditioned), and the pivot of
 //! the amplitude is the exact mean of the curve over the stride, not of its
 //! samples.
@@ -187,5 +188,7 @@ fn mean_over_stride(coefficients: &[f64; COEFFICIENT_COUNT]) -> f64 {
     coefficients.iter().enumerate().step_by(2).map(|(k, c)| c / (1.0 - (k * k) as f64)).sum()
 }
 
+#[cfg(test)]
+mod reference;
 #[cfg(test)]
 mod tests;

@@ -65,8 +65,10 @@ fn fit(folder: &Path) -> (PathBuf, GaitFile) {
     let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/configs/authors-map.toml");
     let out = folder.join("gait.toml");
     let rows = ["--rows", "973..1000", "--period", "0.45", "--time-stretch", "6", "--name", "authors"];
+    let seam = ["--seam", "free"];
     let mut arguments = vec!["fit", trajectory.to_str().unwrap(), "--map", map.to_str().unwrap()];
     arguments.extend(rows);
+    arguments.extend(seam);
     arguments.extend(["--out", out.to_str().unwrap()]);
     host(folder, &arguments);
     let gait = GaitFile::load(&out).unwrap();

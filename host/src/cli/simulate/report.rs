@@ -115,7 +115,7 @@ fn print_table(args: &Args, simulated: &Simulated) {
         let figure = Figure::of(walks, |walk| scale * value(walk));
         let line =
             [figure.mean, figure.spread, figure.least, figure.most].map(|v| format!("{v:9.3}")).concat();
-        println!("{words:20}{line}  {unit}");
+        println!("{}", format!("{words:20}{line}  {unit}").trim_end());
     }
     match fell(walks) {
         0 => println!("\nit fell from none of {} starts", walks.len()),

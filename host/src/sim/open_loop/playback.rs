@@ -36,3 +36,48 @@ impl<'a> Playback<'a> {
         angles.map(|angle| ((angle.deg() / self.count_deg).round() * self.count_deg).to_radians())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gait_file::{GaitFile, JointSeries, Provenance, Source};
+    use protocol::Joint;
+
+    fn gait() -> Playable {
+        let mut coefficients_deg = [0.0; 11];
+        (coefficients_deg[1], coefficients_deg[2]) = (20.0, 5.0);
+        let series = JointSeries {
+            centre_deg: 7.0,
+            min_deg: -30.0,
+            max_deg: 30.0,
+            coefficients_deg,
+            ..Default::default()
+        };
+        let gait = GaitFile {
+            name: "known".into(),
+            period_s: 0.731,
+            unit_deg: 24.0,
+            provenance: Provenance::of(Source::Fitted),
+            joints: Joint::ALL.map(|_| series.clone()),
+        };
+        Playable::from_bytes(&gait.encoded().unwrap()).unwrap()
+    }
+
+    /// The pulses that the firmware's own calibration makes of the same angles.
+    #[test]
+    fn servos_get_whole_counts_of_the_angles_that_the_robot_computes() {
+        let (gait, robot) = (gait(), Robot::ant(1.0).unwrap());
+        let amplitude = Amplitude::from_f64(2.0).unwrap();
+        let playback = Playback::new(&gait, amplitude, &robot);
+        let calibration = Calibration::authors().joint(Joint::Knee2);
+
+        for frame in 0..200 {
+            let setpoint_deg = playback.setpoints_rad(f64::from(frame) / FRAME_RATE_HZ)[5].to_degrees();
+            let counts = calibration.counts(gait.frame(frame, amplitude)[5].units());
+
+            assert!((setpoint_deg - 0.6 * (f64::from(counts) - 330.0)).abs() < 1e-3, "frame {frame}");
+        }
+        let highest = (0..200).map(|f| playback.setpoints_rad(f64::from(f) / 60.0)[5]).fold(0.0, f64::max);
+        assert!((highest.to_degrees() - 30.0).abs() < 1e-6, "not held at its limit: {highest}");
+    }
+}

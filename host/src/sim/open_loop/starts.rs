@@ -62,3 +62,49 @@ pub fn play_starts(
     let walks: Vec<_> = (0..starts.count).into_par_iter().map(one).collect();
     walks.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    const STARTS: Starts =
+        Starts { perturbation: Perturbation { friction_share: 0.0, ..USUAL }, seed: 3, count: 5 };
+    const USUAL: Perturbation =
+        Perturbation { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.05 };
+
+    fn trot(t: f64) -> [f64; 8] {
+        let leg = |leg: usize| TAU * t + PI * (leg % 2) as f64;
+        std::array::from_fn(|j| if j < 4 { 0.3 * leg(j).sin() } else { 0.3 * leg(j % 4).cos() })
+    }
+
+    fn walks(threads: usize, starts: &Starts) -> Vec<Walk> {
+        let robot = Robot::ant(1.0).unwrap();
+        let trial = Trial { duration_s: 2.0, ..Trial::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| play_starts(&robot, &trial, starts, trot)).unwrap()
+    }
+
+    #[test]
+    fn one_core_and_two_walk_the_same_walks_in_the_same_order() {
+        let one = walks(1, &STARTS);
+
+        assert_eq!(one, walks(2, &STARTS));
+        assert!(one.windows(2).all(|pair| pair[0] != pair[1]), "starts are alike: {one:?}");
+    }
+
+    #[test]
+    fn a_start_is_the_same_whatever_starts_beside_it() {
+        let many = walks(2, &STARTS);
+
+        assert_eq!(many[..2], walks(2, &Starts { count: 2, ..STARTS })[..]);
+        assert_ne!(many[1].distance_m, walks(2, &Starts { seed: 4, count: 2, ..STARTS })[0].distance_m);
+    }
+
+    #[test]
+    fn starts_without_perturbation_are_one_start() {
+        let alike = walks(2, &Starts { perturbation: Perturbation::NONE, ..STARTS });
+
+        assert!(alike.windows(2).all(|pair| pair[0] == pair[1]), "{alike:?}");
+    }
+}

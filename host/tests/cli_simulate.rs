@@ -1,0 +1,187 @@
+//! `host simulate`: gaits that walk, gaits that fall, and bad flags.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+/// A folder with two gaits: `trot.toml` walks, `roll.toml` lies down.
+struct Desk {
+    folder: tempfile::TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let desk = Self { folder: tempfile::tempdir().unwrap() };
+        desk.fit("trot", |phase, joint| {
+            let leg_phase = TAU * phase + PI * (joint % 2) as f64;
+            if joint < 4 { 20.0 * leg_phase.sin() } else { 17.0 * leg_phase.cos() }
+        });
+        desk
+    }
+
+    fn host(&self, args: &[&str]) -> Command {
+        let mut command = Command::cargo_bin("host").unwrap();
+        command.current_dir(self.folder.path()).env("NO_COLOR", "1").env("COLUMNS", "400").args(args);
+        command
+    }
+
+    /// A stride of 1 s, angles in degrees.
+    fn fit(&self, name: &str, angle_deg: impl Fn(f64, usize) -> f64) {
+        let mut csv = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
+        for row in 0..60 {
+            let phase = f64::from(row) / 60.0;
+            let joints: String = (0..8).map(|joint| format!(",{:.5}", angle_deg(phase, joint))).collect();
+            csv.push_str(&format!("{phase:.6}{joints}\n"));
+        }
+        let (table, gait) = (format!("{name}.csv"), format!("{name}.toml"));
+        std::fs::write(self.folder.path().join(&table), csv).unwrap();
+        let degrees = ["--unit-deg", "1", "--centre-unit-deg", "1", "--limit-deg", "55"];
+        self.host(&[&["fit", &table, "--rows", "all", "--out", &gait][..], &degrees].concat())
+            .assert()
+            .success();
+    }
+
+    fn simulate(&self, args: &[&str]) -> String {
+        let short = ["simulate", "--duration", "6", "--starts", "4", "--json"];
+        let output = self.host(&[&short[..], args].concat()).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).unwrap()
+    }
+
+    #[track_caller]
+    fn fails(&self, code: i32, args: &[&str]) -> String {
+        let assert = self.host(&[&["simulate"], args].concat()).assert().code(code);
+        assert!(assert.get_output().stdout.is_empty());
+        let message = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        message.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    }
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_trot_walks_and_every_start_has_its_row() {
+    let desk = Desk::new();
+
+    let result = json(&desk.simulate(&["trot.toml", "--amp", "1"]));
+
+    let mean = |key: &str| result[key]["mean"].as_f64().unwrap();
+    assert!(mean("distance_m") > 0.2, "{result:#}");
+    assert!((mean("speed_m_s") - mean("distance_m") / 6.0).abs() < 1e-9);
+    assert!((0.25..5.0).contains(&mean("mean_power_w")), "{result:#}");
+    assert_eq!(result["fell"], 0);
+    let walks = result["walks"].as_array().unwrap();
+    assert_eq!(walks.len(), 4);
+    let speeds: Vec<f64> = walks.iter().map(|walk| walk["speed_m_s"].as_f64().unwrap()).collect();
+    assert!((speeds.iter().sum::<f64>() / 4.0 - mean("speed_m_s")).abs() < 1e-9);
+    assert!(result["speed_m_s"]["least"].as_f64() < result["speed_m_s"]["most"].as_f64());
+}
+
+#[test]
+fn the_same_seed_prints_the_same_bytes_and_another_seed_others() {
+    let desk = Desk::new();
+
+    let first = desk.simulate(&["trot.toml", "--amp", "1", "--seed", "7"]);
+
+    assert_eq!(first, desk.simulate(&["trot.toml", "--amp", "1", "--seed", "7"]));
+    assert_ne!(first, desk.simulate(&["trot.toml", "--amp", "1", "--seed", "8"]));
+}
+
+/// On legs of 46 cm, folded on one side.
+#[test]
+fn a_gait_that_falls_is_counted_and_said_so() {
+    let desk = Desk::new();
+    desk.fit("roll", |phase, joint| {
+        let swing = 10.0 * (TAU * phase).sin();
+        match joint {
+            0 | 1 => -45.0 + swing,
+            2 | 3 => 45.0 - swing,
+            4 | 5 => 45.0,
+            _ => -45.0,
+        }
+    });
+
+    let result = json(&desk.simulate(&["roll.toml", "--amp", "1", "--leg", "2"]));
+    let few = ["simulate", "roll.toml", "--amp", "1", "--leg", "2", "--duration", "3", "--starts", "2"];
+    let words = desk.host(&few).assert().success();
+
+    assert_eq!(result["fell"], 4, "{result:#}");
+    assert!(result["walks"].as_array().unwrap().iter().all(|walk| walk["fell"] == true));
+    let words = String::from_utf8_lossy(&words.get_output().stdout).into_owned();
+    assert!(words.contains("it FELL from 2 of 2 starts"), "{words}");
+}
+
+#[test]
+fn the_robot_is_the_runs_or_the_named_one() {
+    let desk = Desk::new();
+    let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/pony");
+    let robot =
+        |args: &[&str]| json(&desk.simulate(&[&["trot.toml", "--amp", "1"], args].concat()))["robot"].clone();
+
+    assert_eq!(robot(&[]), "Ant");
+    assert_eq!(robot(&["--robot", pony]), "Pony");
+    let ours = desk.folder.path().join(host::run_folder::ROBOT);
+    host::robot::Robot::load(Path::new(pony)).unwrap().save(&ours).unwrap();
+    assert_eq!(robot(&[]), "Pony");
+    assert_eq!(robot(&["--leg", "0.6"]), "Ant");
+}
+
+/// 20 degrees of hip at 3x are 60, beyond the limit of 55.
+#[test]
+fn what_is_clipped_and_too_fast_is_warned_of() {
+    let desk = Desk::new();
+
+    let result = json(&desk.simulate(&["trot.toml", "--amp", "3"]));
+
+    let warnings = result["warnings"].to_string();
+    assert!(result["clipped_share"].as_f64().unwrap() > 0.05, "{result:#}");
+    assert!(warnings.contains("held at their limits"), "{warnings}");
+    assert!(warnings.contains("its servo does 176"), "{warnings}");
+}
+
+#[test]
+fn bad_flags_and_gaits_are_refused_with_value_limit_and_next_move() {
+    let desk = Desk::new();
+    std::fs::write(desk.folder.path().join("text.toml"), "a gait, honestly").unwrap();
+    let cases: [(i32, &[&str], &[&str]); 8] = [
+        (2, &["trot.toml", "--amp", "9"], &["--amp is 9; it must be within 0.5 to 3"]),
+        (2, &["trot.toml", "--duration", "nan"], &["--duration is NaN; it must be within 0.1 to 3600"]),
+        (2, &["trot.toml", "--starts", "0"], &["0 is not in 1..=1000"]),
+        (2, &["trot.toml", "--leg", "1", "--robot", "."], &["cannot be used with"]),
+        (3, &["trot.toml", "--leg", "9"], &["9", "0.3", "2"]),
+        (3, &["trot.toml", "--robot", "nowhere"], &["nowhere"]),
+        (3, &["text.toml"], &["text.toml is no gait file", "host fit"]),
+        (3, &[], &["cannot read runs/latest/gait.toml", "`host fit` writes"]),
+    ];
+    for (code, args, expected) in cases {
+        let message = desk.fails(code, args);
+
+        for part in expected {
+            assert!(message.contains(part), "{args:?}: {message}");
+        }
+    }
+}
+
+/// Numbers that pass the robot's checks, but that no solver holds.
+#[test]
+fn a_robot_that_the_engine_cannot_hold_is_an_error_and_no_panic() {
+    let desk = Desk::new();
+    let mut robot = host::robot::Robot::ant(1.0).unwrap();
+    robot.mass.torso_kg = 0.01;
+    robot.servo.stiffness_n_m_rad = 200.0;
+    robot.servo.damping_n_m_s_rad = 0.0;
+    robot.servo.torque_limit_n_m = 50.0;
+    robot.servo.no_load_speed_rad_s = 50.0;
+    robot.save(&desk.folder.path().join("wild")).unwrap();
+
+    let output = desk
+        .host(&["simulate", "trot.toml", "--amp", "3", "--duration", "3", "--starts", "2", "--robot", "wild"])
+        .output()
+        .unwrap();
+
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!message.contains("panicked"), "{message}");
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{message}");
+}
