@@ -124,7 +124,7 @@ fn a_curve_that_does_not_follow_is_warned_of() {
         .collect();
     desk.write("fast.csv", &format!("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n{rows}"));
 
-    let assert = desk.host(&["fit", "fast.csv", "--out", "fast.toml"]).assert().success();
+    let assert = desk.host(&["fit", "fast.csv", "--lag", "--out", "fast.toml"]).assert().success();
 
     assert!(unwrapped(&assert.get_output().stderr).contains("warning: hip1: R2 is 0."));
 }

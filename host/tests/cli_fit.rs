@@ -14,7 +14,9 @@ impl Desk {
         let desk = Self { folder: tempfile::tempdir().unwrap() };
         desk.stride("trajectory.csv", 60, |phase, joint| {
             let leg_phase = TAU * phase + PI * (joint % 2) as f64;
-            if joint < 4 { 0.4 * leg_phase.sin() } else { 0.35 * leg_phase.cos() }
+            // Forward is counter-clockwise for the left legs' hips, clockwise for the right ones'.
+            let swing = if joint < 2 { 0.4 } else { -0.4 };
+            if joint < 4 { swing * leg_phase.sin() } else { 0.35 * leg_phase.cos() }
         });
         desk
     }

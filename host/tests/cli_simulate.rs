@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-/// A folder with two gaits: `trot.toml` walks, `roll.toml` lies down.
+/// A folder with a gait that walks, `trot.toml`.
 struct Desk {
     folder: tempfile::TempDir,
 }
@@ -15,7 +15,8 @@ impl Desk {
         let desk = Self { folder: tempfile::tempdir().unwrap() };
         desk.fit("trot", |phase, joint| {
             let leg_phase = TAU * phase + PI * (joint % 2) as f64;
-            if joint < 4 { 20.0 * leg_phase.sin() } else { 17.0 * leg_phase.cos() }
+            let swing = if joint < 2 { 20.0 } else { -20.0 };
+            if joint < 4 { swing * leg_phase.sin() } else { 17.0 * leg_phase.cos() }
         });
         desk
     }
@@ -89,26 +90,31 @@ fn the_same_seed_prints_the_same_bytes_and_another_seed_others() {
     assert_ne!(first, desk.simulate(&["trot.toml", "--amp", "1", "--seed", "8"]));
 }
 
-/// On legs of 46 cm, folded on one side.
+/// On stilts of 46 cm, upright, it stands on a narrow base and is rocked off it.
 #[test]
 fn a_gait_that_falls_is_counted_and_said_so() {
     let desk = Desk::new();
-    desk.fit("roll", |phase, joint| {
-        let swing = 10.0 * (TAU * phase).sin();
+    let mut stilts = host::robot::Robot::ant(2.0).unwrap();
+    stilts.geometry.shin_below_horizontal_deg = 85.0;
+    stilts.save(&desk.folder.path().join("stilts")).unwrap();
+    desk.fit("rock", |phase, joint| {
+        let lean = 25.0 * (TAU * phase).sin();
         match joint {
-            0 | 1 => -45.0 + swing,
-            2 | 3 => 45.0 - swing,
-            4 | 5 => 45.0,
-            _ => -45.0,
+            0..4 => 0.0,
+            4 | 5 => lean,
+            _ => -lean,
         }
     });
 
-    let result = json(&desk.simulate(&["roll.toml", "--amp", "1", "--leg", "2"]));
-    let few = ["simulate", "roll.toml", "--amp", "1", "--leg", "2", "--duration", "3", "--starts", "2"];
+    let fallen = json(&desk.simulate(&["rock.toml", "--amp", "1", "--robot", "stilts"]));
+    let walked = json(&desk.simulate(&["trot.toml", "--amp", "1", "--robot", "stilts"]));
+    let few =
+        ["simulate", "rock.toml", "--amp", "1", "--robot", "stilts", "--duration", "6", "--starts", "2"];
     let words = desk.host(&few).assert().success();
 
-    assert_eq!(result["fell"], 4, "{result:#}");
-    assert!(result["walks"].as_array().unwrap().iter().all(|walk| walk["fell"] == true));
+    assert_eq!(fallen["fell"], 4, "{fallen:#}");
+    assert!(fallen["walks"].as_array().unwrap().iter().all(|walk| walk["fell"] == true));
+    assert_eq!(walked["fell"], 0, "{walked:#}");
     let words = String::from_utf8_lossy(&words.get_output().stdout).into_owned();
     assert!(words.contains("it FELL from 2 of 2 starts"), "{words}");
 }
