@@ -59,6 +59,8 @@ pub struct Walk {
     pub cost_of_transport: f64,
     /// Turned by this much, counter-clockwise, whole turns included.
     pub turned_rad: f64,
+    /// Fastest that the torso moved, in any direction.
+    pub fastest_m_s: f64,
     /// Farthest the torso leaned.
     pub max_tilt_rad: f64,
     /// Share of the time in which torso or knees touched the ground.
@@ -67,12 +69,17 @@ pub struct Walk {
     pub fell: bool,
 }
 
+/// No servos move a torso faster than this: the engine's numbers ran away.
+const DIVERGED_M_S: f64 = 100.0;
+
 impl Walk {
-    /// Whether all of it are numbers; the cost of transport may be infinite.
+    /// Whether all of it are numbers that a robot can have; the cost of
+    /// transport may be infinite.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let numbers = [self.distance_m, self.energy_j, self.turned_rad, self.max_tilt_rad];
-        numbers.iter().chain(&self.displacement_m).all(|number| number.is_finite())
+        // NaN is not below anything.
+        numbers.iter().all(|number| number.is_finite()) && self.fastest_m_s < DIVERGED_M_S
     }
 }
 
@@ -106,6 +113,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut turned_rad = 0.0;
     let mut yaw_rad = before.yaw_rad();
     let mut max_tilt_rad = 0.0_f64;
+    let mut fastest_square = 0.0_f64;
     let mut dragged_frames = 0;
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
@@ -120,6 +128,11 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         turned_rad += turn_rad - core::f64::consts::TAU * (turn_rad / core::f64::consts::TAU).round();
         yaw_rad = torso.yaw_rad();
         max_tilt_rad = max_tilt_rad.max(torso.tilt_rad());
+        let square: f64 = torso.velocity_m_s.iter().map(|v| v * v).sum();
+        // Not `max`, which would forget a NaN.
+        if square > fastest_square || square.is_nan() {
+            fastest_square = square;
+        }
         dragged_frames += usize::from(world.body_touches_ground());
         fell |= world.has_fallen();
     }
@@ -139,6 +152,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         mean_holding_power_w: holding_j / duration_s,
         cost_of_transport: energy_j / (world.robot().mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
         turned_rad,
+        fastest_m_s: fastest_square.sqrt(),
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
         fell,

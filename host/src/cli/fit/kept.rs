@@ -2,7 +2,8 @@
 //!
 //! Owns the comparison: the gait, open loop, at the policy's own stroke and
 //! period, in the twin in which the policy was recorded. Refuses to compare
-//! with a `record.json` that is of another trajectory.
+//! with a `record.json` that is of another trajectory. Whatever goes wrong here
+//! is a warning: the gait is written by then.
 
 use super::joined::Seams;
 use super::pace::{Pace, fastest};

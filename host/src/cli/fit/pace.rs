@@ -93,5 +93,6 @@ impl Pace {
 /// The joint whose curve is the fastest, the seam left out.
 pub fn fastest(peaks: &[PeakSpeed; JOINT_COUNT]) -> (Joint, f64) {
     let speeds = Joint::ALL.into_iter().zip(peaks.iter().map(|peak| peak.curve_deg_s));
-    speeds.max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or((Joint::Hip1, 0.0))
+    // Of several that are alike, the first.
+    speeds.rev().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or((Joint::Hip1, 0.0))
 }
