@@ -59,7 +59,8 @@ pub struct Walk {
     pub cost_of_transport: f64,
     /// Turned by this much, counter-clockwise, whole turns included.
     pub turned_rad: f64,
-    /// Fastest that the torso moved, in any direction.
+    /// Fastest that the torso moved in any direction, the entry included; NaN
+    /// where the engine's numbers ran away.
     pub fastest_m_s: f64,
     /// Farthest the torso leaned.
     pub max_tilt_rad: f64,
@@ -96,6 +97,14 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
 
     let first = gait(0.0);
     let mut fell = false;
+    let mut fastest_m_s = 0.0_f64;
+    let mut note_speed = |world: &World| {
+        let speed_m_s = speed_m_s(world);
+        // Not `max`, which would forget a NaN.
+        if speed_m_s > fastest_m_s || speed_m_s.is_nan() {
+            fastest_m_s = speed_m_s;
+        }
+    };
     // The last third of the entry is for the servos to arrive and the body to settle.
     let entry_frames = frames(trial.entry_s);
     for frame in 0..entry_frames {
@@ -104,6 +113,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
             world.step(&first.map(|angle| Some(share * angle)));
         }
         fell |= world.has_fallen();
+        note_speed(world);
     }
 
     let before = world.torso();
@@ -113,7 +123,6 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut turned_rad = 0.0;
     let mut yaw_rad = before.yaw_rad();
     let mut max_tilt_rad = 0.0_f64;
-    let mut fastest_square = 0.0_f64;
     let mut dragged_frames = 0;
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
@@ -128,11 +137,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         turned_rad += turn_rad - core::f64::consts::TAU * (turn_rad / core::f64::consts::TAU).round();
         yaw_rad = torso.yaw_rad();
         max_tilt_rad = max_tilt_rad.max(torso.tilt_rad());
-        let square: f64 = torso.velocity_m_s.iter().map(|v| v * v).sum();
-        // Not `max`, which would forget a NaN.
-        if square > fastest_square || square.is_nan() {
-            fastest_square = square;
-        }
+        note_speed(world);
         dragged_frames += usize::from(world.body_touches_ground());
         fell |= world.has_fallen();
     }
@@ -152,11 +157,19 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         mean_holding_power_w: holding_j / duration_s,
         cost_of_transport: energy_j / (world.robot().mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
         turned_rad,
-        fastest_m_s: fastest_square.sqrt(),
+        fastest_m_s,
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
         fell,
     }
+}
+
+/// The torso's; NaN if a joint's coordinate is no number, which the engine
+/// keeps to itself: the torso may then stand still for ever.
+fn speed_m_s(world: &World) -> f64 {
+    let has_numbers = world.joint_angles_rad().iter().all(|angle| angle.is_finite());
+    let speed = world.torso().velocity_m_s.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if has_numbers { speed } else { f64::NAN }
 }
 
 #[cfg(test)]
