@@ -192,7 +192,8 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     }
     let train = steps.run("train", &flags)?;
     steps.run("record", &["--run", &run_name])?;
-    steps.run("fit", &["--run", &run_name])?;
+    // Uploaded and walked in any case: a servo that lags is part of what is measured.
+    steps.run("fit", &["--run", &run_name, "--lag"])?;
 
     let robot = VirtualRobot::start(&virtual_robot, &run, args.seed)?;
     eprintln!("\nvirtual robot on {}", robot.port);
