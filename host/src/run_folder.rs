@@ -95,18 +95,41 @@ pub fn make_latest(folder: &Path) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError`] naming the file, with the old contents still in place.
 pub fn write(path: &Path, contents: &[u8]) -> Result<(), FileError> {
-    let on = |error| FileError::on("write", path)(error);
+    write_all(&[(path, contents)])
+}
+
+/// Writes files that belong together, or leaves all the old ones: none is
+/// renamed before each is on the disk.
+///
+/// # Errors
+/// [`FileError`] naming the file. The old contents are still in place, unless
+/// the disk refuses a rename after it allowed another.
+pub fn write_all(files: &[(&Path, &[u8])]) -> Result<(), FileError> {
+    let mut staged = Vec::with_capacity(files.len());
+    for &(path, contents) in files {
+        // The one thing that a rename within a folder usually fails of.
+        if path.is_dir() {
+            return Err(FileError::on("write", path)(std::io::ErrorKind::IsADirectory.into()));
+        }
+        staged.push((path, stage(path, contents).map_err(FileError::on("write", path))?));
+    }
+    for (path, file) in staged {
+        file.persist(path).map_err(|error| FileError::on("write", path)(error.error))?;
+    }
+    Ok(())
+}
+
+/// The contents in a temporary file beside `path`.
+fn stage(path: &Path, contents: &[u8]) -> std::io::Result<tempfile::NamedTempFile> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(on)?;
-    file.write_all(contents).map_err(on)?;
-    file.as_file().sync_all().map_err(on)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(contents)?;
+    file.as_file().sync_all()?;
     // Temporary files are private; what a run leaves is for everybody to read.
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        let open = std::fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(open).map_err(on)?;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
     }
-    file.persist(path).map_err(|error| on(error.error))?;
-    Ok(())
+    Ok(file)
 }

@@ -2,6 +2,7 @@ use super::*;
 use crate::cause_chain::message_of;
 use proptest::prelude::*;
 use protocol::Amplitude;
+use protocol::gait::COEFFICIENT_COUNT;
 use std::path::PathBuf;
 
 /// Eight joints about 5 degrees, hips and knees with different strokes.
@@ -27,6 +28,26 @@ fn saved(text: &str) -> (tempfile::TempDir, PathBuf) {
     let path = folder.path().join("gait.toml");
     std::fs::write(&path, text).unwrap();
     (folder, path)
+}
+
+/// One of the two cannot be written; they must not be of different gaits.
+#[test]
+fn a_gait_that_cannot_be_saved_whole_leaves_both_old_files() {
+    for blocked in ["gait.toml", "gait.bin"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("gait.toml");
+        walk().save(&path).unwrap();
+        let read = |name: &str| std::fs::read(folder.path().join(name)).ok();
+        std::fs::remove_file(folder.path().join(blocked)).unwrap();
+        std::fs::create_dir(folder.path().join(blocked)).unwrap();
+        let before = (read("gait.toml"), read("gait.bin"));
+
+        let error = GaitFile { period_s: 0.9, ..walk() }.save(&path).unwrap_err();
+
+        assert!(matches!(&error, GaitFileError::File(file) if file.path.ends_with(blocked)), "{error}");
+        assert_eq!((read("gait.toml"), read("gait.bin")), before, "{blocked}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "something was left behind");
+    }
 }
 
 #[test]
