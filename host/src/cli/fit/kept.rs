@@ -6,9 +6,10 @@
 //! is a warning: the gait is written by then.
 
 use super::joined::Seams;
-use super::pace::{Pace, fastest};
+use super::pace::Pace;
 use crate::cli::recording::Chosen;
 use crate::fit::R2_WARNING;
+use crate::fit::speeds::fastest;
 use crate::gait_file::GaitFile;
 use crate::playable::Playable;
 use crate::robot::Robot;

@@ -10,9 +10,9 @@ use super::joined::{Joined, Seams};
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
 use crate::fit::Seam;
-use crate::fit::speeds::{PeakSpeed, largest_followed, peak_speeds};
+use crate::fit::speeds::{fastest, largest_followed, peak_speeds};
 use crate::gait_file::limits::as_typed;
-use protocol::{Amplitude, FRAME_RATE_HZ, JOINT_COUNT, Joint};
+use protocol::{Amplitude, FRAME_RATE_HZ};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -88,11 +88,4 @@ impl Pace {
             )
         })
     }
-}
-
-/// The joint whose curve is the fastest, the seam left out.
-pub fn fastest(peaks: &[PeakSpeed; JOINT_COUNT]) -> (Joint, f64) {
-    let speeds = Joint::ALL.into_iter().zip(peaks.iter().map(|peak| peak.curve_deg_s));
-    // Of several that are alike, the first.
-    speeds.rev().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or((Joint::Hip1, 0.0))
 }

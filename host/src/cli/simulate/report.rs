@@ -2,9 +2,10 @@
 
 use super::{Args, Simulated};
 use crate::cli::explain::path_text;
+use crate::fit::speeds::{fastest, lagging_share, peak_speeds};
 use crate::gait_file::gait_sha256;
 use crate::sim::open_loop::Walk;
-use protocol::{Joint, Speed};
+use protocol::{FRAME_RATE_HZ, Joint};
 use serde_json::{Value, json};
 
 /// Mean and spread of one figure over the starts.
@@ -75,19 +76,30 @@ fn warnings(args: &Args, Simulated { material, amplitude, .. }: &Simulated) -> V
         ));
     }
     let servo_deg_s = material.robot.servo.top_speed_rad_s().to_degrees();
-    let demands = material.playable.demands(*amplitude, Speed::ONE, servo_deg_s);
-    let fastest = Joint::ALL
-        .into_iter()
-        .zip(demands)
-        .max_by(|(_, a), (_, b)| a.fastest_deg_s.total_cmp(&b.fastest_deg_s))
-        .filter(|(_, demand)| demand.too_fast_share > 0.0);
-    if let Some((joint, demand)) = fastest {
+    let peaks = peak_speeds(&material.playable, *amplitude);
+    let (joint, deg_s) = fastest(&peaks);
+    if deg_s > servo_deg_s {
+        let lagging_share = lagging_share(&material.playable, joint, *amplitude, servo_deg_s);
         warnings.push(format!(
-            "{} is to turn at up to {:.0} degrees/s; its servo does {servo_deg_s:.0}: it lags in {:.0} % of \
-             the stride, and so may others",
+            "{} is to turn at up to {deg_s:.0} degrees/s; its servo does {servo_deg_s:.0}: it lags in {:.0} % \
+             of the stride, and so may others",
             joint.name(),
-            demand.fastest_deg_s,
-            100.0 * demand.too_fast_share
+            100.0 * lagging_share
+        ));
+    }
+    let widest = Joint::ALL.into_iter().zip(peaks).max_by(|(_, a), (_, b)| {
+        let (a, b) = (a.jump_deg.abs(), b.jump_deg.abs());
+        a.total_cmp(&b)
+    });
+    let frames = |jump_deg: f64| jump_deg.abs() * f64::from(FRAME_RATE_HZ) / servo_deg_s;
+    if let Some((joint, peak)) = widest.filter(|(_, peak)| frames(peak.jump_deg) > 1.0) {
+        warnings.push(format!(
+            "{}: strides meet with a step of {:.1} degrees at {}x, for which its servo takes {:.1} frames; \
+             no other joint has a wider one",
+            joint.name(),
+            peak.jump_deg,
+            args.amplitude,
+            frames(peak.jump_deg)
         ));
     }
     warnings

@@ -27,6 +27,7 @@ fn a_jump_at_the_seam_is_a_speed_of_its_own() {
     assert!((peaks[0].curve_deg_s - 10.0).abs() < 0.5, "{peaks:?}");
     assert!((peaks[0].seam_deg_s - 1200.0).abs() < 12.0, "{peaks:?}");
     assert_eq!(peaks[0].deg_s(), peaks[0].seam_deg_s);
+    assert!((peaks[0].jump_deg + 20.0).abs() < 0.1, "{peaks:?}");
     assert_eq!(peaks[1], PeakSpeed::default(), "it stands");
 }
 
@@ -59,4 +60,19 @@ fn the_largest_amplitude_that_servos_follow_is_where_the_curve_is_as_fast_as_the
 #[test]
 fn a_jump_at_the_seam_does_not_count_as_a_curve_that_servos_cannot_follow() {
     assert_eq!(largest_followed(&gait(&[0.0, 10.0], 2.0), 50.0), Some(3.0));
+}
+
+/// T5 - T1 begins and ends at 0, and is steepest there.
+#[test]
+fn a_curve_that_is_fastest_where_strides_meet_is_as_fast_there() {
+    let steep = gait(&[0.0, -8.0, 0.0, 0.0, 0.0, 8.0], 0.4);
+
+    let peak = peak_speeds(&steep, amplitude(1.0))[0];
+
+    assert!(peak.jump_deg.abs() < 0.1, "{peak:?}");
+    // 8 (25 - 1) * 2 / 0.4 s = 960 degrees/s at the seam itself, less over a frame of 1/24 stride.
+    assert!(peak.seam_deg_s > 300.0, "{peak:?}");
+    assert!((peak.curve_deg_s - peak.seam_deg_s).abs() < 4.0, "{peak:?}");
+    assert!(lagging_share(&steep, Joint::Hip1, amplitude(1.0), 0.9 * peak.seam_deg_s) > 0.0);
+    assert_eq!(lagging_share(&steep, Joint::Hip2, amplitude(1.0), 1.0), 0.0);
 }
