@@ -134,6 +134,52 @@ fn the_robot_is_the_runs_or_the_named_one() {
     assert_eq!(robot(&["--leg", "0.6"]), "Ant");
 }
 
+#[test]
+fn a_gait_by_itself_walks_on_the_legs_that_it_was_made_for() {
+    let desk = Desk::new();
+    let path = desk.folder.path().join("trot.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let leg = |text: &str, args: &[&str]| {
+        std::fs::write(&path, text).unwrap();
+        let result = json(&desk.simulate(&[&["trot.toml", "--amp", "1"], args].concat()));
+        (result["leg_scale"].as_f64().unwrap(), result["warnings"].to_string())
+    };
+    let short = text.replacen("[provenance]", "[provenance]\nleg_scale = 0.6", 1);
+
+    assert_eq!(leg(&text, &[]).0, 1.0);
+    let (own, warnings) = leg(&short, &[]);
+    assert_eq!((own, warnings.contains("legs")), (0.6, false), "{warnings}");
+    let (other, warnings) = leg(&short, &["--leg", "1"]);
+    assert_eq!(other, 1.0);
+    assert!(warnings.contains("made for legs of 0.6 L, Ant has 1 L"), "{warnings}");
+    let message = {
+        std::fs::write(&path, text.replacen("[provenance]", "[provenance]\nleg_scale = 70.0", 1)).unwrap();
+        desk.fails(3, &["trot.toml", "--amp", "1"])
+    };
+    assert!(message.contains("leg_scale is 70") && message.contains("--robot FOLDER"), "{message}");
+}
+
+/// A ramp of 10 degrees in a stride and back at once; fit and simulate say the same of it.
+#[test]
+fn a_jump_at_the_seam_is_named_apart_and_does_not_make_a_curve_too_fast() {
+    let desk = Desk::new();
+    let mut csv = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
+    for row in 0..60 {
+        let phase = f64::from(row) / 60.0;
+        csv.push_str(&format!("{phase:.6},{:.5},0,0,0,0,0,0,0\n", 10.0 * phase - 5.0));
+    }
+    std::fs::write(desk.folder.path().join("ramp.csv"), csv).unwrap();
+    let degrees = ["--unit-deg", "1", "--centre-unit-deg", "1", "--seam", "free", "--out", "ramp.toml"];
+    desk.host(&[&["fit", "ramp.csv"][..], &degrees].concat()).assert().success();
+
+    let result = json(&desk.simulate(&["ramp.toml", "--amp", "1"]));
+
+    let warnings = result["warnings"].to_string();
+    assert!(warnings.contains("hip1: strides meet with a step of -9.8 degrees at 1x"), "{warnings}");
+    assert!(warnings.contains("its servo takes 3.4 frames"), "{warnings}");
+    assert!(!warnings.contains("degrees/s"), "{warnings}");
+}
+
 /// 20 degrees of hip at 3x are 60, beyond the limit of 55.
 #[test]
 fn what_is_clipped_and_too_fast_is_warned_of() {

@@ -7,9 +7,9 @@ mod report;
 use super::explain::{failure, failure_with_help};
 use super::measure::DURATION_RANGE_S;
 use super::recording::{BadFlag, check_range};
+use super::robots::Named;
 use super::upload_gait::material::Material;
-use super::{Cause, Failure, robots};
-use crate::robot::Robot;
+use super::{Cause, Failure};
 use crate::run_folder;
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{Playback, Starts, Trial, Walk, play_starts};
@@ -37,7 +37,7 @@ pub struct Args {
     /// Of the starts: the same seed draws the same
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
     seed: u64,
-    /// Folder of the robot that walks [default: the run's, else the Ant]
+    /// Folder of the robot that walks [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
     /// The Ant with legs of this length: 1.0 is 23 cm, 0.6 is 13.8 cm
@@ -65,11 +65,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     check_range("duration", Some(args.duration_s), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
     let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
     let path = args.gait.clone().unwrap_or_else(default);
-    let robot = match args.leg {
-        Some(leg) => Robot::ant(leg).map_err(|e| failure(Cause::Input, e))?,
-        None => robots::beside(args.robot.as_deref(), &path)?,
-    };
-    let material = Material::load(path, robot)?;
+    let named = args.leg.map_or(Named::folder(args.robot.as_deref()), Named::Leg);
+    let material = Material::load(path, named)?;
     let playback = Playback::new(&material.playable, amplitude, &material.robot);
     let trial = Trial { duration_s: args.duration_s, ..Trial::default() };
     let starts = Starts { perturbation: Perturbation::default(), seed: args.seed, count: args.starts };

@@ -40,7 +40,7 @@ pub struct Args {
     gait: Option<PathBuf>,
     #[command(flatten)]
     port: Port,
-    /// Folder of the robot that it is for [default: the run's, else the Ant]
+    /// Folder of the robot that it is for [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
     /// Keep it in RAM only: gone at the next reset

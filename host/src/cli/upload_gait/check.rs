@@ -38,6 +38,7 @@ pub struct Check {
     /// Whose calibration it is.
     of: String,
     beyond: Vec<BeyondPulses>,
+    other_leg: Option<String>,
 }
 
 impl Check {
@@ -50,7 +51,8 @@ impl Check {
             .filter_map(|joint| playable.beyond_pulses(joint, calibration.joint(joint), amplitude))
             .collect();
         let demands = playable.demands(amplitude, Speed::ONE, servo_deg_s);
-        Self { demands, servo_deg_s, calibration, of, beyond }
+        let other_leg = material.other_leg.clone();
+        Self { demands, servo_deg_s, calibration, of, beyond, other_leg }
     }
 
     fn us(&self, counts: i32) -> f64 {
@@ -82,7 +84,7 @@ impl Check {
             )
         });
         let beyond = self.beyond.iter().map(|beyond| format!("{}; it is held there", self.pulse(beyond)));
-        too_fast.chain(beyond).collect()
+        self.other_leg.iter().cloned().chain(too_fast).chain(beyond).collect()
     }
 
     /// Refuses pulses beyond the calibration.

@@ -4,7 +4,8 @@ use super::{Args, BadFlag};
 use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::fit::{check_period, history};
 use crate::cli::recording::{Chosen, Unsaid};
-use crate::cli::{Cause, Failure, robots};
+use crate::cli::robots::{self, Named};
+use crate::cli::{Cause, Failure};
 use crate::gait_file::limits::LeavesLimits;
 use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
 use crate::playable::Playable;
@@ -29,6 +30,8 @@ pub struct Material {
     pub sampled: Option<Sampled>,
     /// The robot that it is meant for, else the Ant.
     pub robot: Robot,
+    /// That this robot has other legs than the gait was made for.
+    pub other_leg: Option<String>,
     /// Curves as the file has them, more exact than the robot's.
     curves: Option<GaitFile>,
 }
@@ -45,21 +48,22 @@ impl Material {
         }
         let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
         let path = args.gait.clone().unwrap_or_else(default);
-        let robot = robots::beside(args.robot.as_deref(), &path)?;
-        Self::load(path, robot)
+        Self::load(path, Named::folder(args.robot.as_deref()))
     }
 
-    /// Reads a gait, for `robot`.
-    pub fn load(path: PathBuf, robot: Robot) -> Result<Self, Failure> {
+    /// Reads a gait, for the robot that was named, or its own.
+    pub fn load(path: PathBuf, named: Named) -> Result<Self, Failure> {
         if let Some((bytes, playable)) = sampled_bytes(&path) {
+            let (robot, other_leg) = robots::of_gait(named, &path, None)?;
             let source = Source::Table.name();
-            return Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: None });
+            return Ok(Self { path, bytes, playable, source, sampled: None, robot, other_leg, curves: None });
         }
         let gait = GaitFile::load(&path).map_err(unreadable)?;
+        let (robot, other_leg) = robots::of_gait(named, &path, gait.provenance.leg_scale)?;
         let bytes = gait.encoded().map_err(|e| failure(Cause::Input, e))?;
         let playable = playable(&bytes)?;
         let source = gait.provenance.source.name();
-        Ok(Self { path, bytes, playable, source, sampled: None, robot, curves: Some(gait) })
+        Ok(Self { path, bytes, playable, source, sampled: None, robot, other_leg, curves: Some(gait) })
     }
 
     fn sampled(args: &Args) -> Result<Self, Failure> {
@@ -78,7 +82,16 @@ impl Material {
             (named, _) => robots::beside(named.as_deref(), &chosen.path)?,
         };
         let (path, source) = (chosen.path, "sampled");
-        Ok(Self { path, bytes, playable, source, sampled: Some(sampled), robot, curves: None })
+        Ok(Self {
+            path,
+            bytes,
+            playable,
+            source,
+            sampled: Some(sampled),
+            robot,
+            other_leg: None,
+            curves: None,
+        })
     }
 
     /// Duration of a stride.
