@@ -1,4 +1,4 @@
-//! An error with its causes, as the program prints it: what tests look at.
+//! An error with its causes in one line: for warnings, and for tests to look at.
 
 use std::error::Error;
 

@@ -50,6 +50,13 @@ impl Seam {
         }
     }
 
+    /// What is taken where nobody says: a stride closes on itself, a window of
+    /// fixed length does not.
+    #[must_use]
+    pub const fn usual(is_window: bool) -> Self {
+        if is_window { Self::Free } else { Self::Continuous }
+    }
+
     fn phase(self, row: usize, count: usize) -> f64 {
         let intervals = match self {
             Self::Free => count - 1,

@@ -10,7 +10,6 @@
 #![deny(unsafe_code)]
 
 pub mod calibration;
-#[cfg(test)]
 mod cause_chain;
 pub mod cli;
 #[cfg(feature = "train")]

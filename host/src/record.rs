@@ -171,7 +171,7 @@ pub fn record(
     let Stride { period_s, samples, averaged, left_out, deviations, spread, likeness } =
         stride.map_err(|source| RecordError::NoStride { trials, source })?;
     let stride_s = window_s.and_then(|_| stride::period_s(&setpoints, CONTROL_RATE_HZ));
-    let fits = fit::fit(&samples, &SCALE, Seam::Continuous);
+    let fits = fit_samples(&samples, window_s);
     let polynomial_r2 =
         fits.as_ref().map_or([None; JOINT_COUNT], |fits| fits.each_ref().map(|f| f.series.r2));
     let steps = stayed.iter().map(|trial| trial.setpoints.len()).sum::<usize>() as f64;
@@ -195,6 +195,11 @@ pub fn record(
         deviations,
         fits,
     })
+}
+
+/// As `fit` does it where nobody says how strides join.
+fn fit_samples(samples: &[Sample], window_s: Option<f64>) -> Result<[JointFit; JOINT_COUNT], FitError> {
+    fit::fit(samples, &SCALE, Seam::usual(window_s.is_some()))
 }
 
 /// The trials in order, shared out over the processor's cores.

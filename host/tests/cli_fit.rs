@@ -199,5 +199,107 @@ fn a_record_that_is_of_another_trajectory_or_damaged_is_not_compared_with() {
     let damaged = warnings("{\"period_s\": ");
 
     assert!(other.contains("is of a stride of 1.500 s, the trajectory beside it lasts 1.000 s"), "{other}");
-    assert!(damaged.contains("is no record of a policy"), "{damaged}");
+    let of_another =
+        warnings("{\"period_s\": 1.0, \"speed_m_s\": 0.1, \"power_w\": 1.0, \"trajectory_sha256\": \"0\"}");
+    std::fs::remove_file(desk.folder.path().join("record.json")).unwrap();
+    std::fs::create_dir(desk.folder.path().join("record.json")).unwrap();
+    let unreadable = desk.fit(&["trajectory.csv"])["warnings"].to_string();
+    assert!(damaged.contains("is no record of a policy") && damaged.contains("EOF"), "{damaged}");
+    assert!(of_another.contains("is of another trajectory"), "{of_another}");
+    assert!(unreadable.contains("cannot read") && unreadable.contains("directory"), "no cause: {unreadable}");
+}
+
+/// The same trot with its hips the other way round goes backward, as far as the other forward.
+#[test]
+fn a_gait_that_walks_backward_keeps_nothing_of_the_policys_speed() {
+    let desk = Desk::new();
+    desk.stride("trajectory.csv", 60, |phase, joint| {
+        let leg_phase = TAU * phase + PI * (joint % 2) as f64;
+        let swing = if joint < 2 { -0.4 } else { 0.4 };
+        if joint < 4 { swing * leg_phase.sin() } else { 0.35 * leg_phase.cos() }
+    });
+    let record = |speed: &str| {
+        desk.write("record.json", &format!("{{\"period_s\": 1, \"speed_m_s\": {speed}, \"power_w\": 1}}"))
+    };
+
+    record("0.05");
+    let backward = desk.fit(&["trajectory.csv"]);
+    record("-0.05");
+    let neither = desk.fit(&["trajectory.csv"]);
+
+    let share = &backward["open_loop"]["share_of_policy_speed"];
+    assert!(share.as_f64().unwrap() < -0.5, "{backward:#}");
+    let warnings = backward["warnings"].to_string();
+    assert!(warnings.contains("open loop it walks backward, at -0."), "{warnings}");
+    assert_eq!(neither["open_loop"]["share_of_policy_speed"], Value::Null);
+    let warnings = neither["warnings"].to_string();
+    assert!(warnings.contains("the policy itself does not walk forward (-0.050 m/s)"), "{warnings}");
+}
+
+#[test]
+fn what_is_not_the_policys_own_walk_is_not_compared_and_the_reason_is_said() {
+    let desk = Desk::new();
+    desk.write("record.json", "{\"period_s\": 1.0, \"speed_m_s\": 0.05, \"power_w\": 1.0}");
+    let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/pony");
+    let cases: [(&[&str], &str); 7] = [
+        (&["--leg", "0.6"], "it walked as Ant with legs of 1 L; this gait is for Ant with legs of 0.6 L"),
+        (&["--robot", pony], "this gait is for Pony"),
+        (&["--negate", "knee1"], "--negate says otherwise"),
+        (&["--centre-offset-deg", "5"], "--centre-offset-deg says otherwise"),
+        (&["--centre-unit-deg", "24"], "--centre-unit-deg says otherwise"),
+        (&["--unit-deg", "1"], "the robot has no amplitude for its stroke"),
+        (&["--period", "2"], "it walked in strides of 1.000 s; --period says 2.000 s"),
+    ];
+
+    for (flags, reason) in cases {
+        let result = desk.fit(&[&["trajectory.csv"], flags].concat());
+
+        assert_eq!(result["open_loop"], Value::Null, "{flags:?}");
+        let warnings = result["warnings"].to_string();
+        assert!(warnings.contains("not compared with the policy") && warnings.contains(reason), "{warnings}");
+    }
+    assert_ne!(desk.fit(&["trajectory.csv", "--leg", "1"])["open_loop"], Value::Null, "its own legs");
+}
+
+/// What a run's window leads to: 3.4 strides in one curve, too fast and unlike the recording.
+#[test]
+fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() {
+    let desk = Desk::new();
+    let strides = |phase: f64, joint| if joint == 4 { 0.9 * (3.4 * TAU * phase).sin() } else { 0.0 };
+    desk.stride("trajectory.csv", 90, strides);
+    let record = |more: &str| {
+        desk.write("record.json", &format!("{{\"period_s\": 1.5, \"speed_m_s\": 0.3, \"power_w\": 1{more}}}"))
+    };
+
+    record("");
+    let alone = desk.fails(&["trajectory.csv"]);
+    record(", \"window_s\": 1.5, \"strides_in_window\": 3.4");
+    let known = desk.fails(&["trajectory.csv"]);
+    let written = desk.fit(&["trajectory.csv", "--lag"]);
+    let joined = desk.fit(&["trajectory.csv", "--lag", "--seam", "continuous"]);
+
+    assert!(alone.contains("fit fewer strides at a time, --rows A..B"), "{alone}");
+    assert!(alone.contains("knee1's R2 is 0."), "{alone}");
+    assert!(known.contains("record the stride itself, host record without --window"), "{known}");
+    assert!(known.contains("one curve cannot follow 3.4 strides"), "{known}");
+    assert!(!known.contains("play it slower"), "{known}");
+    assert_eq!((&written["seam"], &joined["seam"]), (&"free".into(), &"continuous".into()));
+    let warnings = joined["warnings"].to_string();
+    assert!(warnings.contains("it is to follow 3.4 strides; record the stride itself"), "{warnings}");
+}
+
+/// The curve is asked for 121 degrees/s at 1.0x, of 176: 1.45x is all that servos follow.
+#[test]
+fn the_next_command_asks_for_no_more_than_the_servos_follow_and_the_policys_period_is_named() {
+    let desk = Desk::new();
+    desk.write("record.json", "{\"period_s\": 1.0, \"speed_m_s\": 0.05, \"power_w\": 1.0}");
+
+    let args = ["trajectory.csv", "--time-stretch", "0.5"];
+    let followed = desk.fit(&args)["largest_followed_amplitude"].as_f64().unwrap();
+    let output = desk.host(&args).assert().success();
+
+    let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+    assert!(text.contains(&format!("upload-gait --amp {followed} ")), "{text}");
+    assert!(text.contains("open loop at 1.875x and 1.000 s a stride, the policy's own"), "{text}");
+    assert!(text.contains("the gait itself takes 0.500 s a stride"), "{text}");
 }

@@ -7,19 +7,23 @@ pub(super) mod history;
 mod joined;
 mod kept;
 mod pace;
+mod policy_record;
 mod refusal;
 mod report;
 
-use super::explain::{failure, failure_with_help};
+use super::explain::{failure, failure_with_help, file_cause};
 use super::recording::{Chosen, Recording, Unsaid};
 use super::upload_gait::material::playable;
 use super::{Cause, Failure};
 use crate::fit::{self, Seam};
 use crate::gait_file::GaitFile;
 use crate::robot::Robot;
+use crate::run_folder;
+use history::Destination;
 use joined::{Joined, Seams};
 use kept::Kept;
 use pace::Pace;
+use policy_record::PolicyRecord;
 use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
 use refusal::{unplayable, unsaved};
 use std::path::PathBuf;
@@ -45,8 +49,9 @@ pub struct Args {
     #[arg(long, value_name = "DIR", conflicts_with = "trajectory")]
     run: Option<PathBuf>,
     /// How strides join: with value and slope continuous, or free to jump, as in the paper
-    #[arg(long, value_name = "free|continuous", default_value = Seam::Continuous.name())]
-    seam: Seam,
+    /// [default: continuous; free for what `record --window` recorded]
+    #[arg(long, value_name = "free|continuous")]
+    seam: Option<Seam>,
     /// Folder of the robot that it is for [default: the run's, else the Ant]
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
@@ -89,9 +94,13 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let chosen = args.recording.choose(Unsaid::FindStride)?;
     check_period(&chosen)?;
     let rows = chosen.actions()?;
-    let fits = fit::fit(rows, &chosen.scale, args.seam).map_err(|e| failure(Cause::Input, e))?;
+    let record = PolicyRecord::beside(&chosen);
+    let described = record.as_ref().ok().and_then(Option::as_ref);
+    let is_window = described.is_some_and(|record| record.window_s.is_some());
+    let seam = args.seam.unwrap_or(Seam::usual(is_window));
+    let fits = fit::fit(rows, &chosen.scale, seam).map_err(|e| failure(Cause::Input, e))?;
 
-    let provenance = history::provenance(&args, &chosen, args.seam);
+    let provenance = history::provenance(&args, &chosen, seam);
     let gait = GaitFile {
         name: args.name.clone().unwrap_or_else(|| history::default_name(&chosen.path, &provenance)),
         period_s: chosen.played_s(),
@@ -101,19 +110,27 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     };
     let playable = playable(&gait.encoded().map_err(unplayable)?)?;
     let taken = Joined::new(fits, playable, joined::own_stroke(&chosen.scale));
-    let seams = Seams::new(args.seam, taken, rows, &chosen.scale, &gait);
+    let seams = Seams::new(seam, taken, rows, &chosen.scale, &gait);
     let robot = match &chosen.robot {
         Some(robot) => robot.clone(),
         None => Robot::ant(1.0).map_err(|e| failure(Cause::Input, e))?,
     };
     let pace = Pace::of(&seams.taken, robot.servo.top_speed_rad_s().to_degrees());
     if !args.lag {
-        pace.check(&seams, chosen.time_stretch, &robot.name)?;
+        pace.check(&seams, chosen.time_stretch, &robot.name, described)?;
     }
-    let out = history::out_path(&args, &chosen)?;
+    let Destination { out, latest } = history::destination(&args, &chosen)?;
     gait.save(&out).map_err(unsaved)?;
-    let kept = Kept::of(&chosen, &robot, &gait, &seams, &pace);
-    report::print(&args, &Fitted { out, gait, seams, pace, kept, chosen });
+    if let Some(folder) = latest {
+        run_folder::make_latest(&folder).map_err(|e| failure(file_cause(&e), e))?;
+    }
+    let crowded_strides = described.and_then(PolicyRecord::crowded_strides);
+    let kept = match record {
+        Ok(None) => Ok(None),
+        Ok(Some(record)) => Kept::of(&chosen, &robot, &gait, &seams, &pace, &record).map(Some),
+        Err(error) => Err(error.into()),
+    };
+    report::print(&args, &Fitted { out, gait, seams, pace, crowded_strides, kept, chosen });
     Ok(())
 }
 
@@ -123,6 +140,8 @@ struct Fitted {
     gait: GaitFile,
     seams: Seams,
     pace: Pace,
+    /// Strides in one curve, where they are too many.
+    crowded_strides: Option<f64>,
     kept: Result<Option<Kept>, kept::NoComparison>,
     chosen: Chosen,
 }

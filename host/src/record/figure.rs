@@ -94,9 +94,18 @@ fn curves(recording: &Recording, joint: Joint) -> Curves {
     let curve = recording.fits.as_ref().map_or(Vec::new(), |fits| {
         let series = &fits[joint.index()].series;
         let phases = (0..=CURVE_POINTS).map(|point| point as f64 / CURVE_POINTS as f64);
-        phases
-            .map(|phase| (phase * recording.period_s, series.centre_deg + series.deviation_deg(phase)))
-            .collect()
+        // A stride's curve ends where the next begins, a window's at its last sample.
+        let last_s = match recording.window_s {
+            None => recording.period_s,
+            Some(_) => time_s(recording.samples.len().saturating_sub(1)),
+        };
+        phases.map(|phase| (phase * last_s, series.centre_deg + series.deviation_deg(phase))).collect()
     });
     Curves { dots, band, curve }
+}
+
+/// Where a joint's curve ends.
+#[cfg(test)]
+pub fn curve_end(recording: &Recording, joint: Joint) -> Option<(f64, f64)> {
+    curves(recording, joint).curve.last().copied()
 }

@@ -9,6 +9,7 @@ use super::{RecordError, Recording, figure};
 use crate::run_folder;
 use crate::stride::Sample;
 use protocol::Joint;
+use sha2::{Digest as _, Sha256};
 use std::path::Path;
 
 /// What the recording came to, beside the trajectory.
@@ -26,9 +27,12 @@ impl Recording {
     /// with the old file still in place.
     pub fn save(&self, run: &Path) -> Result<(), RecordError> {
         let svg = figure::of(self).to_svg()?;
-        let description = serde_json::json!(self);
+        let trajectory = self.to_csv(&self.samples);
+        let mut description = serde_json::json!(self);
+        // Which file it is of: `fit` compares with no other.
+        description["trajectory_sha256"] = hex(&Sha256::digest(&trajectory)).into();
         let files = [
-            (run_folder::TRAJECTORY, self.to_csv(&self.samples)),
+            (run_folder::TRAJECTORY, trajectory),
             (SPREAD, self.to_csv(&self.deviations)),
             (FIGURE, svg),
             (RECORD, format!("{description:#}\n")),
@@ -62,4 +66,8 @@ impl Recording {
     pub(super) fn interval_s(&self) -> f64 {
         self.period_s / self.samples.len() as f64
     }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

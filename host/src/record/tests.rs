@@ -54,10 +54,14 @@ fn a_policy_that_falls_is_refused() {
 
 /// What a recording of these samples looks like.
 fn recording(samples: Vec<Sample>) -> Recording {
-    let fits = fit::fit(&samples, &SCALE, Seam::Continuous);
+    recording_of(samples, None)
+}
+
+fn recording_of(samples: Vec<Sample>, window_s: Option<f64>) -> Recording {
+    let fits = fit_samples(&samples, window_s);
     Recording {
         period_s: 0.5,
-        window_s: None,
+        window_s,
         strides_in_window: None,
         trials: 1,
         fell: 0,
@@ -136,5 +140,25 @@ fn a_recording_leaves_its_files_in_the_run() {
     let record: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join(RECORD)).unwrap()).unwrap();
     assert_eq!(record["spread_deg"][0], 4.5);
+    let trajectory = folder.path().join(crate::run_folder::TRAJECTORY);
+    let read = crate::trajectory::Trajectory::read(&trajectory, None).unwrap();
+    assert_eq!(record["trajectory_sha256"], read.sha256);
     assert!(lines(FIGURE) > 100);
+}
+
+/// A window's ends need not meet: 0.5 at its beginning, -0.5 at its end.
+#[test]
+fn a_windows_curve_is_free_and_ends_at_its_last_sample() {
+    let ramp: Vec<Sample> = (0..30).map(|row| [0.5 - f64::from(row) / 29.0; 8]).collect();
+
+    let window = recording_of(ramp.clone(), Some(0.5));
+    let stride = recording_of(ramp, None);
+
+    let r2 = |recording: &Recording| recording.fits.as_ref().unwrap()[0].series.r2.unwrap();
+    assert!(r2(&window) > 0.999_999 && r2(&stride) < 0.99, "{} {}", r2(&window), r2(&stride));
+    let end = |recording: &Recording| figure::curve_end(recording, Joint::Hip1).unwrap();
+    let (at_s, angle_deg) = end(&window);
+    assert!((at_s - 0.5 * 29.0 / 30.0).abs() < 1e-9, "{at_s}");
+    assert!((angle_deg + 0.5 * ACTION_DEG).abs() < 1e-6, "{angle_deg}");
+    assert_eq!(end(&stride).0, 0.5);
 }

@@ -50,7 +50,14 @@ pub fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
     if name.trim().is_empty() { "gait".into() } else { name }
 }
 
-pub fn out_path(args: &Args, chosen: &Chosen) -> Result<PathBuf, Failure> {
+/// Where a gait goes.
+pub struct Destination {
+    pub out: PathBuf,
+    /// The folder that is the last run's once the gait is in it.
+    pub latest: Option<PathBuf>,
+}
+
+pub fn destination(args: &Args, chosen: &Chosen) -> Result<Destination, Failure> {
     let machine = |e: run_folder::FileError| failure(file_cause(&e), e);
     if let Some(out) = &args.out {
         if let Some(folder) = out.parent() {
@@ -58,12 +65,12 @@ pub fn out_path(args: &Args, chosen: &Chosen) -> Result<PathBuf, Failure> {
                 .map_err(run_folder::FileError::on("create", folder))
                 .map_err(machine)?;
         }
-        return Ok(out.clone());
+        return Ok(Destination { out: out.clone(), latest: None });
     }
     if chosen.trajectory.is_own_stride {
-        return Ok(chosen.path.with_file_name(run_folder::GAIT));
+        let out = chosen.path.with_file_name(run_folder::GAIT);
+        return Ok(Destination { out, latest: None });
     }
     let folder = run_folder::create("fit").map_err(machine)?;
-    run_folder::make_latest(&folder).map_err(machine)?;
-    Ok(folder.join(run_folder::GAIT))
+    Ok(Destination { out: folder.join(run_folder::GAIT), latest: Some(folder) })
 }

@@ -1,73 +1,69 @@
 //! What of the policy's speed the curve keeps when nothing corrects it.
 //!
 //! Owns the comparison: the gait, open loop, at the policy's own stroke and
-//! period, in the twin in which the policy was recorded. Refuses to compare
-//! with a `record.json` that is of another trajectory. Whatever goes wrong here
-//! is a warning: the gait is written by then.
+//! period, on the robot that the policy was recorded on. Refuses to compare
+//! what was changed on the way: another robot, period, sign or centre. Whatever
+//! goes wrong here is a warning: the gait is written by then.
 
 use super::joined::Seams;
 use super::pace::Pace;
+use super::policy_record::{BadRecord, PolicyRecord};
 use crate::cli::recording::Chosen;
-use crate::fit::R2_WARNING;
-use crate::fit::speeds::fastest;
-use crate::gait_file::GaitFile;
+use crate::fit::speeds::{fastest, peak_speeds};
+use crate::fit::{R2_WARNING, Scale};
+use crate::gait_file::{GaitFile, UnusableGait};
 use crate::playable::Playable;
-use crate::robot::Robot;
-use crate::run_folder::FileError;
+use crate::robot::{Robot, RobotError};
 use crate::sim::Perturbation;
-use crate::sim::open_loop::{Playback, Starts, Trial, play_starts};
+use crate::sim::ant_env::ACTION_DEG;
+use crate::sim::open_loop::{Diverged, Playback, Starts, Trial, play_starts};
+use protocol::gait::GaitError;
 use protocol::{Amplitude, Joint};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::Path;
 use thiserror::Error;
 
-/// What `host record` leaves beside a trajectory; its own constant needs the learner built in.
-const RECORD: &str = "record.json";
 /// The curve should keep this much.
 pub const SHARE_WARNING: f64 = 0.8;
 /// Starts of the comparison; 12 s each.
 const STARTS: u32 = 10;
-/// Beyond this, net distance says less than the path.
+/// Beyond this, much of the walk is not forward.
 const TURNED_DEG: f64 = 30.0;
 /// More strides left out than this, and the average is not what the policy does.
 const LEFT_OUT_SHARE: f64 = 0.1;
-
-/// What of `record.json` is of interest here.
-#[derive(Debug, Deserialize)]
-struct Record {
-    period_s: f64,
-    speed_m_s: f64,
-    power_w: f64,
-    #[serde(default)]
-    strides_averaged: u32,
-    #[serde(default)]
-    strides_left_out: u32,
-}
 
 /// Why there is no comparison where there should be one.
 #[derive(Debug, Error)]
 pub enum NoComparison {
     #[error(transparent)]
-    File(FileError),
-    #[error("{path} is no record of a policy: {source}; `host record` writes it anew")]
-    Parse { path: PathBuf, source: serde_json::Error },
-    #[error(
-        "{path} is of a stride of {record_s:.3} s, the trajectory beside it lasts {recorded_s:.3} s; \
-         `host record` writes both anew"
-    )]
-    Other { path: PathBuf, record_s: f64, recorded_s: f64 },
+    Record(#[from] BadRecord),
+    #[error("it walked in strides of {record_s:.3} s; --period says {recorded_s:.3} s")]
+    Period { record_s: f64, recorded_s: f64 },
+    #[error("it walked as {own} with legs of {own_leg} L; this gait is for {robot} with legs of {leg} L")]
+    Robot { own: String, own_leg: f64, robot: String, leg: f64 },
+    #[error("its joints turn and stand as recorded; {flag} says otherwise")]
+    Scale { flag: &'static str },
+    #[error("the robot has no amplitude for its stroke: {ACTION_DEG} degrees an action, {unit_deg} at 1x")]
+    Stroke { unit_deg: f64 },
+    #[error("the run's own robot cannot be read")]
+    Unreadable(#[from] RobotError),
+    #[error("its own stride is no gait")]
+    Unusable(#[from] UnusableGait),
+    #[error("its own stride is no gait: {}", crate::gait_file::describe(*.0))]
+    Undecodable(GaitError),
     #[error(transparent)]
-    Diverged(#[from] crate::sim::open_loop::Diverged),
+    Diverged(#[from] Diverged),
 }
 
 /// The curve against the policy.
 #[derive(Debug, Clone, Serialize)]
 pub struct Kept {
     pub amplitude: f64,
+    /// The policy's; the gait's may be another.
     pub period_s: f64,
     pub starts: u32,
     pub duration_s: f64,
-    /// Mean over the starts of net distance over time.
+    /// Mean over the starts of the way forward over time, as the policy's.
     pub speed_m_s: f64,
     pub power_w: f64,
     pub policy_speed_m_s: f64,
@@ -82,26 +78,28 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Plays `gait`; none where the trajectory is not a run's own recording, or
-    /// the robot does not have the policy's stroke.
+    /// Plays `gait` on the robot of the policy that `record` is of.
     pub fn of(
         chosen: &Chosen,
         robot: &Robot,
         gait: &GaitFile,
         seams: &Seams,
         pace: &Pace,
-    ) -> Result<Option<Self>, NoComparison> {
-        let (Some(amplitude), Some(record)) = (seams.own_stroke, record(chosen)?) else { return Ok(None) };
+        record: &PolicyRecord,
+    ) -> Result<Self, NoComparison> {
+        check_as_recorded(chosen, robot, record)?;
+        let stroke = NoComparison::Stroke { unit_deg: chosen.scale.unit_deg };
+        let amplitude = seams.own_stroke.ok_or(stroke)?;
         // At the recorded period, however much slower it is to be played.
         let own = GaitFile { period_s: chosen.recorded_s, ..gait.clone() };
-        let playable = own.encoded().ok().and_then(|bytes| Playable::from_bytes(&bytes).ok());
-        let Some(playable) = playable else { return Ok(None) };
+        let playable = Playable::from_bytes(&own.encoded()?).map_err(NoComparison::Undecodable)?;
         let playback = Playback::new(&playable, amplitude, robot);
         let trial = Trial::default();
         let starts = Starts { perturbation: Perturbation::default(), seed: 0, count: STARTS };
         let walks = play_starts(robot, &trial, &starts, |time_s| playback.setpoints_rad(time_s))?;
         let count = walks.len().max(1) as f64;
-        let speed_m_s = walks.iter().map(|walk| walk.speed_m_s).sum::<f64>() / count;
+        let forward_m = walks.iter().map(|walk| walk.displacement_m[0]).sum::<f64>() / count;
+        let speed_m_s = forward_m / trial.duration_s;
         let walks_forward = record.speed_m_s > 0.0;
         let mut kept = Self {
             amplitude: amplitude.value(),
@@ -118,11 +116,18 @@ impl Kept {
             clipped_share: playable.clipped_share(amplitude),
             reasons: Vec::new(),
         };
-        kept.reasons = kept.reasons(&record, seams, pace, amplitude);
-        Ok(Some(kept))
+        kept.reasons = kept.reasons(record, seams, pace, &playable, amplitude);
+        Ok(kept)
     }
 
-    fn reasons(&self, record: &Record, seams: &Seams, pace: &Pace, amplitude: Amplitude) -> Vec<String> {
+    fn reasons(
+        &self,
+        record: &PolicyRecord,
+        seams: &Seams,
+        pace: &Pace,
+        playable: &Playable,
+        amplitude: Amplitude,
+    ) -> Vec<String> {
         let mut reasons = Vec::new();
         if self.fell > 0 {
             reasons.push(format!("it fell from {} of {} starts", self.fell, self.starts));
@@ -137,12 +142,14 @@ impl Kept {
                 reasons.push(format!("{}'s curve keeps {percent:.0} % of its variance", joint.name()));
             }
         }
-        if let Some((joint, deg_s)) =
-            seams.taken.at_own_stroke.as_ref().map(fastest).filter(|&(_, deg_s)| deg_s > pace.servo_deg_s)
-        {
+        let (joint, deg_s) = fastest(&peak_speeds(playable, amplitude));
+        if deg_s > pace.servo_deg_s {
             let (servo_deg_s, at) = (pace.servo_deg_s, amplitude.value());
             let name = joint.name();
             reasons.push(format!("{name} is to turn at {deg_s:.0} degrees/s at {at}x, of {servo_deg_s:.0}"));
+        }
+        if let Some(strides) = record.crowded_strides() {
+            reasons.push(format!("one curve is to follow {strides:.1} strides"));
         }
         let strides = record.strides_averaged.saturating_add(record.strides_left_out);
         if f64::from(record.strides_left_out) > LEFT_OUT_SHARE * f64::from(strides) {
@@ -157,26 +164,45 @@ impl Kept {
 
     /// That it keeps too little, and why, as far as anybody knows.
     pub fn warning(&self) -> Option<String> {
-        let share = self.share_of_policy_speed.filter(|&share| share < SHARE_WARNING)?;
+        let Some(share) = self.share_of_policy_speed else {
+            return Some(format!(
+                "the policy itself does not walk forward ({:.3} m/s): there is no speed for the gait to keep",
+                self.policy_speed_m_s
+            ));
+        };
+        if share >= SHARE_WARNING {
+            return None;
+        }
         let why = if self.reasons.is_empty() {
             "the fit does not say why: the policy answers to what it senses, a curve does not".to_owned()
         } else {
             self.reasons.join("; ")
         };
-        Some(format!(
-            "open loop it keeps {:.0} % of the policy's speed, below {:.0}: {why}",
-            100.0 * share,
-            100.0 * SHARE_WARNING
-        ))
+        let keeps = if share < 0.0 {
+            format!("it walks backward, at {:.3} m/s, where the policy walks forward", self.speed_m_s)
+        } else {
+            format!(
+                "it keeps {:.0} % of the policy's speed, below {:.0}",
+                percent(share),
+                100.0 * SHARE_WARNING
+            )
+        };
+        Some(format!("open loop {keeps}: {why}"))
     }
 
-    /// One line for people.
-    pub fn words(&self) -> String {
-        let share = self.share_of_policy_speed.map_or(String::new(), |s| format!(", {:.0} %", 100.0 * s));
+    /// For people; `played_s` is the gait's own period.
+    pub fn words(&self, played_s: f64) -> String {
+        let share = self.share_of_policy_speed.map_or(String::new(), |s| format!("{:.0} % of ", percent(s)));
+        let other = if (played_s - self.period_s).abs() > 1e-6 {
+            format!("\nthe gait itself takes {played_s:.3} s a stride, and is so much slower or faster")
+        } else {
+            String::new()
+        };
         format!(
-            "open loop at {}x, the policy's own stroke: {:.3} m/s on {:.2} W{share} of the policy's \
-             {:.3} m/s on {:.2} W; fell from {} of {} starts",
+            "open loop at {}x and {:.3} s a stride, the policy's own: forward at {:.3} m/s on {:.2} W,\n\
+             {share}the policy's {:.3} m/s on {:.2} W; fell from {} of {} starts{other}",
             self.amplitude,
+            self.period_s,
             self.speed_m_s,
             self.power_w,
             self.policy_speed_m_s,
@@ -187,19 +213,36 @@ impl Kept {
     }
 }
 
-/// What the policy did that the whole trajectory is of, if it says.
-fn record(chosen: &Chosen) -> Result<Option<Record>, NoComparison> {
-    let path = chosen.path.with_file_name(RECORD);
-    if !chosen.is_whole_stride || !path.exists() {
-        return Ok(None);
-    }
-    let text = std::fs::read(&path).map_err(|e| NoComparison::File(FileError::on("read", &path)(e)))?;
-    let record: Record =
-        serde_json::from_slice(&text).map_err(|source| NoComparison::Parse { path: path.clone(), source })?;
+/// Down: what is below the bar must not be printed as the bar.
+fn percent(share: f64) -> f64 {
+    (100.0 * share).floor()
+}
+
+/// Refuses what is not the walk that was recorded.
+fn check_as_recorded(chosen: &Chosen, robot: &Robot, record: &PolicyRecord) -> Result<(), NoComparison> {
     let (record_s, recorded_s) = (record.period_s, chosen.recorded_s);
-    // A hundredth: times in the file are rounded.
-    if (record_s - recorded_s).abs() > 0.01 * recorded_s {
-        return Err(NoComparison::Other { path, record_s, recorded_s });
+    if !record.lasts(recorded_s) {
+        return Err(NoComparison::Period { record_s, recorded_s });
     }
-    Ok(Some(record))
+    let folder = chosen.path.parent().unwrap_or(Path::new(""));
+    let own = Robot::of_run(folder)?.map_or_else(|| Robot::ant(1.0), Ok)?;
+    if own != *robot {
+        let (own_leg, leg) = (own.geometry.leg_scale, robot.geometry.leg_scale);
+        return Err(NoComparison::Robot { own: own.name, own_leg, robot: robot.name.clone(), leg });
+    }
+    changed(&chosen.scale).map_or(Ok(()), |flag| Err(NoComparison::Scale { flag }))
+}
+
+/// The flag that makes joints turn or stand otherwise than the policy had them.
+fn changed(scale: &Scale) -> Option<&'static str> {
+    let differs = |a: f64, b: f64| (a - b).abs() > 1e-9;
+    if scale.signs.iter().any(|&sign| sign < 0.0) {
+        Some("--negate")
+    } else if differs(scale.centre_unit_deg, ACTION_DEG) {
+        Some("--centre-unit-deg")
+    } else if differs(scale.centre_offset_deg, 0.0) {
+        Some("--centre-offset-deg")
+    } else {
+        None
+    }
 }

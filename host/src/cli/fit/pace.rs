@@ -7,12 +7,13 @@
 
 use super::USUAL_AMPLITUDE;
 use super::joined::{Joined, Seams};
+use super::policy_record::PolicyRecord;
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
-use crate::fit::Seam;
 use crate::fit::speeds::{fastest, largest_followed, peak_speeds};
+use crate::fit::{R2_WARNING, Seam};
 use crate::gait_file::limits::as_typed;
-use protocol::{Amplitude, FRAME_RATE_HZ};
+use protocol::{Amplitude, FRAME_RATE_HZ, Joint};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -40,7 +41,13 @@ impl Pace {
     }
 
     /// Refuses what they follow at no useful amplitude.
-    pub fn check(&self, seams: &Seams, time_stretch: f64, robot: &str) -> Result<(), Failure> {
+    pub fn check(
+        &self,
+        seams: &Seams,
+        time_stretch: f64,
+        robot: &str,
+        record: Option<&PolicyRecord>,
+    ) -> Result<(), Failure> {
         let (joint, fastest_deg_s) = fastest(&seams.taken.at_one);
         if fastest_deg_s <= self.servo_deg_s {
             return Ok(());
@@ -48,7 +55,12 @@ impl Pace {
         let servo_deg_s = self.servo_deg_s;
         // Up, to a tenth.
         let stretch = (10.0 * time_stretch * fastest_deg_s / servo_deg_s).ceil() / 10.0;
-        let mut moves = vec![format!("play it slower: --time-stretch {stretch}, or a longer --period")];
+        let crowded = record.and_then(PolicyRecord::crowded_strides);
+        let mut moves: Vec<String> = too_much(poorest(&seams.taken), crowded).into_iter().collect();
+        // Slower, a curve that cannot follow so many strides would still not.
+        if crowded.is_none() {
+            moves.push(format!("play it slower: --time-stretch {stretch}, or a longer --period"));
+        }
         let is_slow = |other: &Joined| fastest(&other.at_one).1 <= servo_deg_s;
         if seams.seam() == Seam::Free && seams.other.as_ref().is_some_and(is_slow) {
             moves.push("join its ends: --seam continuous".to_owned());
@@ -87,5 +99,33 @@ impl Pace {
                 asked.join(", and ")
             )
         })
+    }
+}
+
+/// The joint of which the curve keeps least, if that is too little.
+fn poorest(joined: &Joined) -> Option<(Joint, f64)> {
+    let r2 = |joint: Joint| joined.fits[joint.index()].series.r2.map(|r2| (joint, r2));
+    Joint::ALL
+        .into_iter()
+        .filter_map(r2)
+        .filter(|&(_, r2)| r2 < R2_WARNING)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// What to do about a curve that is asked to follow more than it can.
+fn too_much(poorest: Option<(Joint, f64)>, crowded: Option<f64>) -> Option<String> {
+    let poor = poorest.map(|(joint, r2)| format!("{}'s R2 is {r2:.2}", joint.name()));
+    match (crowded, poor) {
+        (Some(strides), poor) => Some(format!(
+            "record the stride itself, host record without --window: one curve cannot follow {strides:.1} \
+             strides{}",
+            poor.map_or(String::new(), |poor| format!(" ({poor})"))
+        )),
+        (None, Some(poor)) => {
+            let help =
+                "fit fewer strides at a time, --rows A..B: the curve does not show what the recording does";
+            Some(format!("{help} ({poor})"))
+        }
+        (None, None) => None,
     }
 }

@@ -2,6 +2,7 @@
 
 use super::joined::Joined;
 use super::{Args, Fitted, USUAL_AMPLITUDE};
+use crate::cause_chain::message_of;
 use crate::cli::explain::path_text;
 use crate::fit::{FEW_ROWS, JointFit, R2_WARNING, Seam};
 use crate::gait_file::limits::{as_typed, round_down};
@@ -24,13 +25,21 @@ pub fn print(args: &Args, fitted: &Fitted) {
     }
 }
 
-fn warnings(Fitted { seams, pace, kept, chosen, .. }: &Fitted) -> Vec<String> {
+fn warnings(Fitted { seams, pace, crowded_strides, kept, chosen, .. }: &Fitted) -> Vec<String> {
     let mut warnings = Vec::new();
+    let fewer = match crowded_strides {
+        Some(strides) => {
+            format!(
+                "it is to follow {strides:.1} strides; record the stride itself: host record without --window"
+            )
+        }
+        None => "fit fewer strides at a time (--rows)".to_owned(),
+    };
     for (joint, fit) in Joint::ALL.into_iter().zip(&seams.taken.fits) {
         if let Some(r2) = fit.series.r2.filter(|&r2| r2 < R2_WARNING) {
             warnings.push(format!(
                 "{}: R2 is {r2:.2}, below {R2_WARNING}: the curve does not show what the recording does; \
-                 fit fewer strides at a time (--rows)",
+                 {fewer}",
                 joint.name()
             ));
         }
@@ -51,7 +60,7 @@ fn warnings(Fitted { seams, pace, kept, chosen, .. }: &Fitted) -> Vec<String> {
     warnings.extend(pace.warning(seams));
     match kept {
         Ok(kept) => warnings.extend(kept.as_ref().and_then(|kept| kept.warning())),
-        Err(error) => warnings.push(format!("not compared with the policy: {error}")),
+        Err(error) => warnings.push(format!("not compared with the policy: {}", message_of(error))),
     }
     warnings
 }
@@ -83,12 +92,10 @@ fn print_words(fitted: &Fitted) {
         None => println!("the servos follow it at no amplitude"),
     }
     if let Ok(Some(kept)) = kept {
-        println!("{}", kept.words());
+        println!("{}", kept.words(gait.period_s));
     }
     println!("gait {} in {} and {}", digest(gait), out.display(), out.with_extension("bin").display());
-    let largest = gait.largest_amplitude().map_or(USUAL_AMPLITUDE, |l| round_down(l.amplitude));
-    let amplitude = largest.min(USUAL_AMPLITUDE);
-    if amplitude >= Amplitude::MIN.value() {
+    if let Some(amplitude) = next_amplitude(fitted) {
         // Without a name, the next command takes the last run's gait.
         let default = Path::new(run_folder::LATEST).join(run_folder::GAIT);
         let is_default =
@@ -96,6 +103,13 @@ fn print_words(fitted: &Fitted) {
         let named = if is_default { String::new() } else { format!(" --gait {}", out.display()) };
         println!("Next: cargo run -p host -- upload-gait --amp {amplitude}{named}");
     }
+}
+
+/// The usual amplitude, as far as limits and servos let it; none if they let none.
+fn next_amplitude(Fitted { gait, pace, .. }: &Fitted) -> Option<f64> {
+    let fits = gait.largest_amplitude().map_or(USUAL_AMPLITUDE, |l| round_down(l.amplitude));
+    let amplitude = fits.min(pace.largest_followed?).min(USUAL_AMPLITUDE);
+    (amplitude >= Amplitude::MIN.value()).then_some(amplitude)
 }
 
 /// Both seams side by side, within 100 columns.
@@ -164,7 +178,7 @@ fn digest(gait: &GaitFile) -> String {
 }
 
 fn print_json(fitted: &Fitted, warnings: &[String]) {
-    let Fitted { out, gait, seams, pace, kept, chosen } = fitted;
+    let Fitted { out, gait, seams, pace, kept, chosen, .. } = fitted;
     let joints: Vec<_> = Joint::ALL
         .into_iter()
         .map(|joint| {
@@ -203,6 +217,7 @@ fn print_json(fitted: &Fitted, warnings: &[String]) {
             "continuous": seams.with(Seam::Continuous).map(seam_to_json),
         },
         "open_loop": kept.as_ref().ok(),
+        "next_amplitude": next_amplitude(fitted),
         "warnings": warnings,
     });
     println!("{result:#}");
