@@ -26,6 +26,9 @@ pub const R2_WARNING: f64 = 0.8;
 /// Below this many rows the curve may swing between them.
 pub const FEW_ROWS: usize = 2 * COEFFICIENT_COUNT;
 
+/// One curve of degree 10 follows a stride, hardly more than one and a half.
+pub const MOST_STRIDES: f64 = 1.5;
+
 /// How the end of a stride meets its beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seam {

@@ -94,6 +94,9 @@ fn the_table_has_both_seams_within_100_columns() {
     let widest =
         text.lines().filter(|line| line.contains('|')).map(|line| line.chars().count()).max().unwrap();
     assert!(widest <= 100, "{widest} columns:\n{text}");
+    let warnings = desk.host(&["trajectory.csv", "--time-stretch", "0.5"]).assert().success();
+    let warnings = String::from_utf8_lossy(&warnings.get_output().stderr).into_owned();
+    assert!(warnings.lines().count() > 1 && warnings.lines().all(|line| line.len() <= 100), "{warnings}");
     assert!(text.contains("seam continuous") && text.contains("seam free, not in the gait"), "{text}");
 }
 
@@ -261,11 +264,11 @@ fn what_is_not_the_policys_own_walk_is_not_compared_and_the_reason_is_said() {
     assert_ne!(desk.fit(&["trajectory.csv", "--leg", "1"])["open_loop"], Value::Null, "its own legs");
 }
 
-/// What a run's window leads to: 3.4 strides in one curve, too fast and unlike the recording.
+/// What a run's window leads to: 5.4 strides in one curve, too fast and unlike the recording.
 #[test]
 fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() {
     let desk = Desk::new();
-    let strides = |phase: f64, joint| if joint == 4 { 0.9 * (3.4 * TAU * phase).sin() } else { 0.0 };
+    let strides = |phase: f64, joint| if joint == 4 { 0.9 * (5.4 * TAU * phase).sin() } else { 0.0 };
     desk.stride("trajectory.csv", 90, strides);
     let record = |more: &str| {
         desk.write("record.json", &format!("{{\"period_s\": 1.5, \"speed_m_s\": 0.3, \"power_w\": 1{more}}}"))
@@ -273,7 +276,7 @@ fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() 
 
     record("");
     let alone = desk.fails(&["trajectory.csv"]);
-    record(", \"window_s\": 1.5, \"strides_in_window\": 3.4");
+    record(", \"window_s\": 1.5, \"strides_in_window\": 5.4");
     let known = desk.fails(&["trajectory.csv"]);
     let written = desk.fit(&["trajectory.csv", "--lag"]);
     let joined = desk.fit(&["trajectory.csv", "--lag", "--seam", "continuous"]);
@@ -281,11 +284,29 @@ fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() 
     assert!(alone.contains("fit fewer strides at a time, --rows A..B"), "{alone}");
     assert!(alone.contains("knee1's R2 is 0."), "{alone}");
     assert!(known.contains("record the stride itself, host record without --window"), "{known}");
-    assert!(known.contains("one curve cannot follow 3.4 strides"), "{known}");
+    assert!(known.contains("one curve cannot follow 5.4 strides"), "{known}");
     assert!(!known.contains("play it slower"), "{known}");
     assert_eq!((&written["seam"], &joined["seam"]), (&"free".into(), &"continuous".into()));
     let warnings = joined["warnings"].to_string();
-    assert!(warnings.contains("it is to follow 3.4 strides; record the stride itself"), "{warnings}");
+    assert!(warnings.contains("it is to follow 5.4 strides; record the stride itself"), "{warnings}");
+}
+
+/// As the help advertises: the first column is of no interest.
+#[test]
+fn a_list_of_columns_may_begin_with_a_skipped_one() {
+    let desk = Desk::new();
+
+    let result = desk.fit(&[
+        "trajectory.csv",
+        "--columns",
+        "-,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4",
+        "--period",
+        "1",
+        "--rows",
+        "all",
+    ]);
+
+    assert_eq!(result["rows"], serde_json::json!([0, 60]));
 }
 
 /// The curve is asked for 121 degrees/s at 1.0x, of 176: 1.45x is all that servos follow.

@@ -51,7 +51,53 @@ pub fn file_cause(error: &crate::run_folder::FileError) -> Cause {
     if error.action == "read" { Cause::Input } else { Cause::Machine }
 }
 
+/// A warning on standard error, within 100 columns.
+pub fn warn(warning: &str) {
+    eprintln!("{}", wrapped(&format!("warning: {warning}")));
+}
+
+/// Lines of words; those after the first are indented.
+fn wrapped(text: &str) -> String {
+    const MOST_COLUMNS: usize = 100;
+    let (mut lines, mut column) = (String::new(), 0);
+    for word in text.split_whitespace() {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > MOST_COLUMNS {
+            lines.push_str("\n ");
+            column = 1;
+        }
+        if column > 0 {
+            lines.push(' ');
+            column += 1;
+        }
+        lines.push_str(word);
+        column += width;
+    }
+    lines
+}
+
 /// A path as JSON: `json!` panics on one that is no UTF-8.
 pub fn path_text(path: &std::path::Path) -> String {
     path.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_warning_is_wrapped_between_words_and_loses_none() {
+        let words: Vec<String> = (0..80).map(|n| format!("word{n}")).collect();
+        let text = words.join(" ");
+
+        let lines = wrapped(&text);
+
+        assert!(
+            lines.lines().count() > 4 && lines.lines().all(|line| line.chars().count() <= 100),
+            "{lines}"
+        );
+        assert!(lines.lines().skip(1).all(|line| line.starts_with("  word")), "{lines}");
+        assert_eq!(lines.split_whitespace().collect::<Vec<_>>().join(" "), text);
+        assert_eq!(wrapped(&"x".repeat(300)).len(), 300, "one word is not cut");
+    }
 }

@@ -1,7 +1,8 @@
 //! `record`: the policy's average stride, as `fit` takes it.
 
-use super::explain::path_text;
+use super::explain::{path_text, warn};
 use super::{Cause, Failure};
+use crate::fit::MOST_STRIDES;
 use crate::record::{FIGURE, Part, RECORDED_S, RecordError, Recording, record};
 use crate::robot::{Robot, RobotError};
 use crate::run_folder;
@@ -28,8 +29,9 @@ pub struct Args {
 
     /// Average a fixed window of so many seconds, as the paper does with 4, and not the stride.
     /// It may hold any number of strides, and its ends need not meet
-    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "4")]
-    window: Option<Window>,
+    #[arg(long, value_name = "S")]
+    #[expect(clippy::option_option, reason = "the flag, and its value, may be left out")]
+    window: Option<Option<Window>>,
 
     /// Print the result as one line of JSON on standard output
     #[arg(long)]
@@ -93,12 +95,14 @@ fn play(args: &Args) -> Result<(), RecordCliError> {
     let robot = Robot::of_trained_run(&args.run)?;
     let policy = Policy::load(&args.run.join(run_folder::POLICY))?;
     eprintln!("Playing {} trials of {}.", args.trials, args.run.display());
-    let part = args.window.map_or(Part::Strides, |Window(window_s)| Part::Window { window_s });
+    let part = args.window.map_or(Part::Strides, |given| Part::Window {
+        window_s: given.map_or(window::PAPER_WINDOW_S, |Window(window_s)| window_s),
+    });
     let recording = record(&policy, &robot, config.env, config.seed, args.trials.into(), part)
         .map_err(|source| RecordCliError::NoGait { source })?;
     recording.save(&args.run).map_err(|source| RecordCliError::Write { source })?;
     if let Err(error) = &recording.fits {
-        eprintln!("warning: no curve in {FIGURE}: {error}");
+        warn(&format!("no curve in {FIGURE}: {error}"));
     }
     let (trajectory, figure) = (args.run.join(run_folder::TRAJECTORY), args.run.join(FIGURE));
     if args.json {
@@ -146,6 +150,12 @@ fn print(recording: &Recording, trajectory: &Path, figure: &Path) {
             most * ACTION_DEG,
             recording.spread_deg[index],
         );
+    }
+    if let Some(strides) = recording.strides_in_window.filter(|&strides| strides > MOST_STRIDES) {
+        warn(&format!(
+            "one curve cannot follow {strides:.1} strides: the window is for a picture like the paper's; for a \
+             gait that walks, record without --window"
+        ));
     }
     println!("\n{}\n{}\nNext: cargo run -p host -- fit", trajectory.display(), figure.display());
 }

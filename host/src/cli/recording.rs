@@ -48,7 +48,7 @@ pub struct Recording {
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
     /// What each column holds: a joint, time_s, or `-` to skip it
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", allow_hyphen_values = true)]
     columns: Option<Vec<String>>,
     /// Joints that turn the other way on the robot: `ank3,ank4`
     #[arg(long, value_delimiter = ',', value_name = "JOINTS")]

@@ -136,11 +136,15 @@ impl Kept {
             let percent = 100.0 * self.clipped_share;
             reasons.push(format!("joints are held at their limits in {percent:.0} % of the stride"));
         }
-        for joint in Joint::ALL {
-            if let Some(r2) = seams.taken.fits[joint.index()].series.r2.filter(|&r2| r2 < R2_WARNING) {
-                let percent = 100.0 * r2;
-                reasons.push(format!("{}'s curve keeps {percent:.0} % of its variance", joint.name()));
-            }
+        let kept = |joint: Joint| seams.taken.fits[joint.index()].series.r2.map(|r2| (joint, r2));
+        let poor: Vec<String> = Joint::ALL
+            .into_iter()
+            .filter_map(kept)
+            .filter(|&(_, r2)| r2 < R2_WARNING)
+            .map(|(joint, r2)| format!("{} {:.0} %", joint.name(), percent(r2)))
+            .collect();
+        if !poor.is_empty() {
+            reasons.push(format!("curves keep too little of their variance: {}", poor.join(", ")));
         }
         let (joint, deg_s) = fastest(&peak_speeds(playable, amplitude));
         if deg_s > pace.servo_deg_s {

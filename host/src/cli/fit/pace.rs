@@ -91,10 +91,12 @@ impl Pace {
         };
         let own = seams.own_stroke.and_then(|amplitude| at(amplitude, ", the policy's own stroke"));
         let asked: Vec<String> = own.into_iter().chain(usual.and_then(|a| at(a, ""))).collect();
-        let up_to = self.largest_followed.map_or("at no amplitude".to_owned(), |a| format!("up to {a}x"));
+        let up_to = self
+            .largest_followed
+            .map_or("at no amplitude".to_owned(), |a| format!("up to {a}x, beyond that they lag"));
         (!asked.is_empty()).then(|| {
             format!(
-                "the servos do {:.0} degrees/s, but are to turn {}; they follow {up_to}, beyond that they lag",
+                "the servos do {:.0} degrees/s, but are to turn {}; they follow {up_to}",
                 self.servo_deg_s,
                 asked.join(", and ")
             )

@@ -5,6 +5,7 @@
 //! a gait can be fitted without.
 
 use crate::cli::recording::Chosen;
+use crate::fit::MOST_STRIDES;
 use crate::run_folder::FileError;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -12,8 +13,6 @@ use thiserror::Error;
 
 /// What `host record` leaves beside a trajectory; its own constant needs the learner built in.
 const RECORD: &str = "record.json";
-/// One curve of degree 10 follows a stride, hardly one and a half.
-const MOST_STRIDES: f64 = 1.5;
 /// Times in the trajectory are rounded, and a flag's value may be.
 const PERIOD_TOLERANCE: f64 = 0.01;
 

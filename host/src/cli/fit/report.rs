@@ -3,7 +3,7 @@
 use super::joined::Joined;
 use super::{Args, Fitted, USUAL_AMPLITUDE};
 use crate::cause_chain::message_of;
-use crate::cli::explain::path_text;
+use crate::cli::explain::{path_text, warn};
 use crate::fit::{FEW_ROWS, JointFit, R2_WARNING, Seam};
 use crate::gait_file::limits::{as_typed, round_down};
 use crate::gait_file::{GaitFile, gait_sha256};
@@ -16,7 +16,7 @@ use std::path::Path;
 pub fn print(args: &Args, fitted: &Fitted) {
     let warnings = warnings(fitted);
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        warn(warning);
     }
     if args.json {
         print_json(fitted, &warnings);
@@ -27,22 +27,26 @@ pub fn print(args: &Args, fitted: &Fitted) {
 
 fn warnings(Fitted { seams, pace, crowded_strides, kept, chosen, .. }: &Fitted) -> Vec<String> {
     let mut warnings = Vec::new();
-    let fewer = match crowded_strides {
-        Some(strides) => {
-            format!(
+    let poor: Vec<String> = Joint::ALL
+        .into_iter()
+        .zip(&seams.taken.fits)
+        .filter_map(|(joint, fit)| fit.series.r2.map(|r2| (joint, r2)))
+        .filter(|&(_, r2)| r2 < R2_WARNING)
+        .map(|(joint, r2)| format!("{} ({r2:.2})", joint.name()))
+        .collect();
+    if !poor.is_empty() {
+        let fewer = match crowded_strides {
+            Some(strides) => format!(
                 "it is to follow {strides:.1} strides; record the stride itself: host record without --window"
-            )
-        }
-        None => "fit fewer strides at a time (--rows)".to_owned(),
-    };
+            ),
+            None => "fit fewer strides at a time (--rows)".to_owned(),
+        };
+        warnings.push(format!(
+            "R2 is below {R2_WARNING} of {}: the curve does not show what the recording does; {fewer}",
+            poor.join(", ")
+        ));
+    }
     for (joint, fit) in Joint::ALL.into_iter().zip(&seams.taken.fits) {
-        if let Some(r2) = fit.series.r2.filter(|&r2| r2 < R2_WARNING) {
-            warnings.push(format!(
-                "{}: R2 is {r2:.2}, below {R2_WARNING}: the curve does not show what the recording does; \
-                 {fewer}",
-                joint.name()
-            ));
-        }
         let frames = fit.seam_jump_deg.abs() / pace.frame_deg();
         if frames > 1.0 {
             warnings.push(format!(

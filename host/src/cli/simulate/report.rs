@@ -1,7 +1,7 @@
 //! What the walks came to, for people and for scripts.
 
 use super::{Args, Simulated};
-use crate::cli::explain::path_text;
+use crate::cli::explain::{path_text, warn};
 use crate::fit::speeds::{fastest, lagging_share, peak_speeds};
 use crate::gait_file::gait_sha256;
 use crate::sim::open_loop::Walk;
@@ -55,7 +55,7 @@ const ROWS: [Row; 7] = [
 pub fn print(args: &Args, simulated: &Simulated) {
     let warnings = warnings(args, simulated);
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        warn(warning);
     }
     if args.json {
         println!("{:#}", to_json(args, simulated, &warnings));
