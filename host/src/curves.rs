@@ -262,7 +262,11 @@ fn seed_folders(folder: &Path) -> Vec<(String, PathBuf)> {
     let mut seeds: Vec<(u64, String, PathBuf)> = entries
         .filter_map(|entry| {
             let name = entry.file_name().into_string().ok()?;
-            let number = name.strip_prefix(SEED_FOLDER)?.parse().ok()?;
+            let number: u64 = name.strip_prefix(SEED_FOLDER)?.parse().ok()?;
+            // `seed-02` is somebody's copy: it would count a seed twice.
+            if name != format!("{SEED_FOLDER}{number}") {
+                return None;
+            }
             entry.path().is_dir().then(|| (number, name, entry.path()))
         })
         .collect();

@@ -126,7 +126,7 @@ fn a_curve_that_does_not_follow_is_warned_of() {
 
     let assert = desk.host(&["fit", "fast.csv", "--lag", "--out", "fast.toml"]).assert().success();
 
-    assert!(unwrapped(&assert.get_output().stderr).contains("warning: hip1: R2 is 0."));
+    assert!(unwrapped(&assert.get_output().stderr).contains("warning: R2 is below 0.8 of hip1 (0."));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! Owns the flags and the summary; reading, statistics and picture are
 //! [`crate::curves`]'.
 
-use super::explain::{failure, failure_with_help, file_cause, path_text};
+use super::explain::{failure, failure_with_help, file_cause, path_text, warn};
 use super::{Cause, Failure};
 use crate::curves::{
     self, Band, CurvesError, RunCurves, Score, SeedCurve, Spread, TooManyRuns, default_label,
@@ -11,6 +11,7 @@ use crate::curves::{
 use crate::run_folder::{self, FileError};
 use crate::td3::curve::CurveError;
 use serde_json::{Value, json};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -76,8 +77,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .enumerate()
         .map(|(index, folder)| RunCurves::read(folder, label(index, folder)).map_err(unreadable))
         .collect::<Result<_, _>>()?;
-    for (run, folder) in runs.iter().zip(&args.runs) {
-        warn(run, folder);
+    let mut said = HashSet::new();
+    let warnings = runs.iter().zip(&args.runs).flat_map(|(run, folder)| warnings(run, folder));
+    // A run that is drawn twice is behind once.
+    for warning in warnings.filter(|warning| said.insert(warning.clone())) {
+        warn(&warning);
     }
     let band = match args.band {
         Shaded::Deviation => Band::Deviation,
@@ -128,18 +132,21 @@ fn out_path(args: &Args) -> Result<PathBuf, Failure> {
     Ok(out)
 }
 
-fn warn(run: &RunCurves, folder: &Path) {
+fn warnings(run: &RunCurves, folder: &Path) -> Vec<String> {
     let folder = folder.display();
+    let mut warnings = Vec::new();
     if !run.without_curve.is_empty() {
-        eprintln!("warning: {folder}: no evaluation yet of {}", run.without_curve.join(", "));
+        warnings.push(format!("{folder}: no evaluation yet of {}", run.without_curve.join(", ")));
     }
-    for seed in run.behind() {
-        let updates = seed.last().updates;
-        eprintln!(
-            "warning: {folder}: {} came to {updates} updates; beyond, the mean is of the others and dashed",
-            seed.name
-        );
+    let behind: Vec<String> =
+        run.behind().map(|seed| format!("{} ({} updates)", seed.name, seed.last().updates)).collect();
+    if !behind.is_empty() {
+        warnings.push(format!(
+            "{folder}: behind the others are {}; beyond, the mean is of the others and dashed",
+            behind.join(", ")
+        ));
     }
+    warnings
 }
 
 fn summary(run: &RunCurves, folder: &Path) -> Value {

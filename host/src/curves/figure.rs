@@ -1,7 +1,8 @@
 //! The paper's Figure 3: evaluation reward and speed over updates.
 //!
 //! Owns what is in it; how it looks is [`crate::plot`]'s. Where a seed is behind
-//! the others, the mean over the rest is dashed: it is not the mean over all.
+//! the others, the mean over the rest is dashed: it is not the mean over all;
+//! where a single one is left, nothing is shaded.
 
 use super::{Row, RunCurves, Score, Spread};
 use crate::plot::{Axis, Entry, Figure, Layer, Mark, PALETTE, Panel};
@@ -51,7 +52,12 @@ pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
     let panel = |title: &str, label: &str, top: Option<Axis>, of: fn(&Score) -> &Spread| {
         let mut layers = Vec::new();
         for (rows, colour) in rows.iter().zip(PALETTE) {
-            let edges = rows.iter().map(|row| {
+            // One seed has no spread: a band of no width would look certain.
+            let spread = rows.iter().take_while(|row| row.seeds > 1);
+            if spread.clone().nth(1).is_none() {
+                continue;
+            }
+            let edges = spread.map(|row| {
                 let (low, high) = band.edges(of(&row.score));
                 (row.updates as f64, low, high)
             });

@@ -72,12 +72,32 @@ fn a_single_run_is_a_curve_without_spread() {
 fn seeds_are_taken_by_their_numbers_and_other_folders_are_not() {
     let folder = run_of(&[[1.0].as_slice(); 11]);
     write(&folder.path().join("seed-x"), &curve(&[9.0]));
+    write(&folder.path().join("seed-02"), &curve(&[9.0]));
+    write(&folder.path().join("seed-+3"), &curve(&[9.0]));
     write(&folder.path().join("checkpoint"), &curve(&[9.0]));
 
     let run = read(folder.path()).unwrap();
 
     let names: Vec<&str> = run.seeds.iter().map(|seed| seed.name.as_str()).collect();
+    assert_eq!(names.len(), 11);
     assert_eq!(names[8..], ["seed-8", "seed-9", "seed-10"]);
+}
+
+/// Three evaluations, of which the last is of one seed: the band ends with the second.
+#[test]
+fn where_one_seed_is_left_nothing_is_shaded() {
+    let folder = run_of(&[&[10.0, 20.0, 30.0], &[30.0, 40.0]]);
+    let figure = figure(&[read(folder.path()).unwrap()], Band::Deviation).unwrap();
+
+    let bands = |panel: &crate::plot::Panel| -> Vec<f64> {
+        let bands = panel.layers.iter().filter(|layer| layer.mark == crate::plot::Mark::Band);
+        bands.flat_map(|layer| &layer.points).map(|&(x, _)| x).collect()
+    };
+    assert_eq!(bands(&figure.panels[0]), [0.0, 2500.0, 2500.0, 0.0]);
+
+    let alone = run_of(&[&[10.0, 20.0, 30.0]]);
+    let figure = super::figure(&[read(alone.path()).unwrap()], Band::Deviation).unwrap();
+    assert!(bands(&figure.panels[0]).is_empty());
 }
 
 /// One seed is at its second evaluation, one has not begun, one has a header only.

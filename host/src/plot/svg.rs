@@ -83,16 +83,31 @@ fn shown_smaller(svg: &str, (width_px, height_px): (u32, u32)) -> String {
     svg.replacen(&drawn, &format!("width=\"{width_px}\" height=\"{height_px}\" viewBox"), 1)
 }
 
-/// XML has no place for control characters, not even escaped.
+/// XML has no place for control characters and for two others, not even escaped.
 fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+    let has_place = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    text.chars().map(|c| if has_place(c) { c } else { '?' }).collect()
+}
+
+/// As much of a text as fits, and a mark where it does not.
+fn shortened(text: &str, px: f64, width_px: u32) -> String {
+    if text_width_px(text, px) <= width_px {
+        return text.to_owned();
+    }
+    let fits = (f64::from(width_px) / (px * LETTER_WIDTH)).floor() as usize;
+    // The end tells runs apart as often as the beginning does.
+    let (head, tail) = (fits.saturating_sub(1).div_ceil(2), fits.saturating_sub(1) / 2);
+    let count = text.chars().count();
+    text.chars().take(head).chain(['\u{2026}']).chain(text.chars().skip(count - tail)).collect()
 }
 
 /// Entries with their places, wrapped into lines that fit.
-fn legend_rows(entries: &[Entry], width_px: u32) -> Vec<Vec<(u32, &Entry)>> {
-    let mut rows: Vec<Vec<(u32, &Entry)>> = Vec::new();
+fn legend_rows(entries: &[Entry], width_px: u32) -> Vec<Vec<(u32, Entry)>> {
+    let mut rows: Vec<Vec<(u32, Entry)>> = Vec::new();
     let mut used_px = u32::MAX;
     for entry in entries {
+        let label = shortened(&entry.label, TEXT_PX, width_px.saturating_sub(SWATCH_PX));
+        let entry = Entry { label, marks: entry.marks.clone() };
         let wide_px = SWATCH_PX + text_width_px(&entry.label, TEXT_PX) + GAP_PX;
         if used_px.saturating_add(wide_px) > width_px + GAP_PX {
             rows.push(Vec::new());
@@ -106,7 +121,7 @@ fn legend_rows(entries: &[Entry], width_px: u32) -> Vec<Vec<(u32, &Entry)>> {
     rows
 }
 
-fn draw_legend(root: &Area, entries: &[(u32, &Entry)], middle: i32) -> Result<(), PlotError> {
+fn draw_legend(root: &Area, entries: &[(u32, Entry)], middle: i32) -> Result<(), PlotError> {
     for (left_px, entry) in entries {
         let left = fine(MARGIN_PX + left_px);
         let right = left + fine(SWATCH_PX - 6);

@@ -3,7 +3,7 @@ use super::*;
 fn figure(points: Vec<(f64, f64)>) -> Figure {
     let heights: Vec<f64> = points.iter().map(|(_, y)| *y).collect();
     Figure {
-        title: "A <title> & more\u{7}".into(),
+        title: "A <title> & more\u{7}\u{ffff}".into(),
         legend: vec![Entry { label: "points".into(), marks: vec![(Mark::Line, BLUE)] }],
         columns: 1,
         panel_px: (400, 200),
@@ -32,8 +32,21 @@ fn a_figure_is_well_formed_whatever_it_is_called() {
         }
     }
     assert!(svg.starts_with("<svg width=\"424\" height="), "{}", &svg[..60]);
-    assert!(svg.contains("A &lt;title&gt; &amp; more?"), "{svg}");
+    assert!(svg.contains("A &lt;title&gt; &amp; more??"), "{svg}");
     assert!(texts.contains("time (s)") && texts.contains("2,500"), "{texts}");
+}
+
+/// 400 pixels hold some fifty letters; where a label says how many seeds, it is at its end.
+#[test]
+fn a_label_that_is_too_long_for_the_figure_is_shortened_in_the_middle() {
+    let mut long = figure(vec![(0.0, 1.0), (1.0, 2.0)]);
+    long.legend[0].label = format!("begin {} 3 seeds", "x".repeat(200));
+
+    let svg = long.to_svg().unwrap();
+
+    let label = svg.lines().find(|line| line.contains("begin x")).unwrap();
+    assert!(label.ends_with("x 3 seeds") && label.contains('\u{2026}'), "{label}");
+    assert!((40..60).contains(&label.chars().count()), "{label}");
 }
 
 #[test]

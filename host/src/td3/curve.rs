@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// Rewards, speeds and times of a run are far below it; beyond, an axis has no numbers left.
+const MOST: f64 = 1e12;
+
 /// Why a file is no learning curve.
 #[derive(Debug, Error)]
 pub enum CurveError {
@@ -28,13 +31,13 @@ pub enum CurveError {
         /// Which file.
         path: PathBuf,
     },
-    /// Not to be drawn.
-    #[error("{path}, evaluation {row}: {column} is {value}")]
-    NotFinite {
+    /// Not to be drawn: no number, or one that no run comes to.
+    #[error("{path}, line {line}: {column} is {value}; it must be within {MOST:e} either way")]
+    Absurd {
         /// Which file.
         path: PathBuf,
-        /// Which row, from 1.
-        row: usize,
+        /// Which line, from 1; the header is the first.
+        line: u64,
         /// Of what.
         column: &'static str,
         /// What it is.
@@ -107,12 +110,16 @@ pub fn read(path: &Path) -> Result<Vec<CurvePoint>, CurveError> {
     let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let mut curve: Vec<CurvePoint> = Vec::new();
-    for (index, record) in reader.deserialize().enumerate() {
-        let point: CurvePoint = record.map_err(|source| CurveError::Csv { path: path.to_owned(), source })?;
+    let unreadable = |source| CurveError::Csv { path: path.to_owned(), source };
+    let header = reader.headers().map_err(unreadable)?.clone();
+    for (index, record) in reader.records().enumerate() {
+        let record = record.map_err(unreadable)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let point: CurvePoint = record.deserialize(Some(&header)).map_err(unreadable)?;
         let (path, row) = (path.to_owned(), index + 1);
         let drawn = [("wall_s", point.wall_s), ("reward", point.reward), ("speed_m_s", point.speed_m_s)];
-        if let Some((column, value)) = drawn.into_iter().find(|(_, value)| !value.is_finite()) {
-            return Err(CurveError::NotFinite { path, row, column, value });
+        if let Some((column, value)) = drawn.into_iter().find(|(_, value)| !(-MOST..=MOST).contains(value)) {
+            return Err(CurveError::Absurd { path, line, column, value });
         }
         if let Some(before) = curve.last().map(|before| before.updates).filter(|&b| b >= point.updates) {
             return Err(CurveError::Order { path, row, updates: point.updates, before });
@@ -167,7 +174,11 @@ mod tests {
         assert!(matches!(refused(&text[..text.len() - 9]), CurveError::Csv { .. }));
         assert!(matches!(
             refused(&text.replacen("-1.2500", "NaN", 1)),
-            CurveError::NotFinite { row: 1, column: "reward", .. }
+            CurveError::Absurd { line: 2, column: "reward", .. }
+        ));
+        assert!(matches!(
+            refused(&text.replace("2500,0.50,-1.2500", "2500,0.50,-1e100")),
+            CurveError::Absurd { line: 3, column: "reward", .. }
         ));
         assert!(matches!(
             refused(&text.replace(",2500,", ",0,")),
