@@ -406,7 +406,7 @@ fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
     let desk = Desk::new();
     host::robot::Robot::ant(0.6).unwrap().save(&desk.path(host::run_folder::ROBOT)).unwrap();
 
-    desk.host(&["fit", "walk.csv", "--out", "short.toml"])
+    desk.host(&["fit", "walk.csv", "--time-stretch", "3", "--out", "short.toml"])
         .assert()
         .success()
         .stdout(contains("Next: cargo run -p host -- upload-gait --amp 2.2 --gait short.toml"));

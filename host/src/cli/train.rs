@@ -1,6 +1,7 @@
 //! `train`: a run folder with the best policy, its learning curve and a checkpoint.
 
 mod device;
+mod error;
 mod range;
 mod seeds;
 mod show;
@@ -11,19 +12,18 @@ use crate::env::Env;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
-use crate::td3::device::{Device, DeviceError};
-use crate::td3::outcome::{Ending, Outcome, TrainError};
+use crate::td3::device::Device;
+use crate::td3::outcome::{Ending, Outcome};
 use crate::td3::preset::Preset;
-use crate::td3::run_config::{ConfigError, LegScale, RunConfig};
+use crate::td3::run_config::{LegScale, RunConfig};
 use crate::td3::trainer::Run;
 use device::Configured;
-use miette::Diagnostic;
+use error::TrainCliError;
 use range::{SEEDS, SeedRange};
 use show::{progress_bar, say, show};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -73,68 +73,6 @@ pub struct Args {
     /// Print the result as one line of JSON on standard output
     #[arg(long)]
     json: bool,
-}
-
-/// What only the command line can get wrong.
-#[derive(Debug, Error, Diagnostic)]
-enum TrainCliError {
-    #[error("{folder} holds a run already")]
-    #[diagnostic(help("go on with it by `--resume {folder}`, or name another folder"))]
-    Taken { folder: String },
-    #[error("{value} is no leg scale: it must be between 0.3 and 2")]
-    Leg { value: f64 },
-    #[error("interrupted after {updates} updates; everything is saved")]
-    #[diagnostic(help("go on with: cargo run -p host -- train --resume {folder}"))]
-    Interrupted { updates: u64, folder: String },
-    #[error("cannot use this configuration")]
-    Config(#[from] ConfigError),
-    #[error("cannot use this robot")]
-    Robot(#[from] crate::robot::RobotError),
-    #[error("env.randomisation.twin_spread is {value}, but robot {robot} has no fitted spread to draw from")]
-    #[diagnostic(help(
-        "fit it to measured trials first (host twin fit), or set twin_spread = 0 in a --config: the other \
-         differences need no fit"
-    ))]
-    NoSpread { value: f64, robot: String },
-    #[error("cannot train on device {device}")]
-    Device {
-        device: Device,
-        source: DeviceError,
-        #[help]
-        help: &'static str,
-    },
-    #[error("cannot prepare the run's folder")]
-    Folder(#[from] FileError),
-    #[error(transparent)]
-    Seeds(#[from] seeds::SeedsError),
-    #[error("training stopped")]
-    #[diagnostic(help(
-        "the best policy so far, if there is one, is in {folder}; if learning diverged, try another --seed or smaller learning rates in a --config"
-    ))]
-    Train { folder: String, source: TrainError },
-    #[error("cannot catch Ctrl-C")]
-    Signals(#[from] ctrlc::Error),
-}
-
-impl From<TrainCliError> for Failure {
-    fn from(error: TrainCliError) -> Self {
-        let cause = match &error {
-            TrainCliError::Taken { .. } | TrainCliError::Leg { .. } => Cause::Usage,
-            TrainCliError::Config(_) | TrainCliError::Robot(_) | TrainCliError::NoSpread { .. } => {
-                Cause::Input
-            }
-            TrainCliError::Train { source: TrainError::Checkpoint(error), .. } if !error.is_of_writing() => {
-                Cause::Input
-            }
-            TrainCliError::Interrupted { .. } => Cause::Interrupted,
-            TrainCliError::Seeds(error) => error.cause(),
-            TrainCliError::Device { .. }
-            | TrainCliError::Folder(_)
-            | TrainCliError::Train { .. }
-            | TrainCliError::Signals(_) => Cause::Machine,
-        };
-        Self::new(cause, error)
-    }
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
