@@ -218,6 +218,7 @@ fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
     fails(&["train", "--resume", "nowhere", "--seed", "1"], 2, "--seed");
     fails(&["record"], 3, "runs/latest");
     fails(&["record", "--trials", "0"], 2, "0");
+    fails(&["record", "--window"], 3, "runs/latest");
     fails(&["record", "--window", "7"], 2, "0.5 to 5 s");
     assert!(!folder.path().join(run_folder::LATEST).exists());
 }

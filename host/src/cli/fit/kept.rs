@@ -219,7 +219,8 @@ impl Kept {
 
 /// Down: what is below the bar must not be printed as the bar.
 fn percent(share: f64) -> f64 {
-    (100.0 * share).floor()
+    // 0.29 times 100 is a little less than 29.
+    (100.0 * share + 1e-9).floor()
 }
 
 /// Refuses what is not the walk that was recorded.
@@ -248,5 +249,15 @@ fn changed(scale: &Scale) -> Option<&'static str> {
         Some("--centre-offset-deg")
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_below_the_bar_is_not_printed_as_the_bar() {
+        assert_eq!((percent(0.7999), percent(0.8), percent(-0.001)), (79.0, 80.0, -1.0));
     }
 }
