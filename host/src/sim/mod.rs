@@ -18,4 +18,4 @@ pub use ant_env::{AntEnv, AntEnvConfig};
 pub use randomisation::{Randomisation, Robots};
 pub use start::{Perturbation, Start};
 pub use torso::TorsoState;
-pub use world::{StepOutcome, World};
+pub use world::{Soles, StepOutcome, Taken, World};

@@ -10,7 +10,7 @@ mod playback;
 mod starts;
 
 pub use playback::Playback;
-pub use starts::{Diverged, Starts, play_starts};
+pub use starts::{Diverged, Starts, play_sound, play_starts};
 
 use super::start::Start;
 use super::world::World;
@@ -19,6 +19,9 @@ use crate::robot::Robot;
 
 /// Setpoints in a second.
 pub const FRAME_RATE_HZ: f64 = 60.0;
+
+/// A servo that pulls with more than this share of its torque is strained.
+pub const STRAINED: f64 = 0.95;
 
 /// How a trial is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +69,8 @@ pub struct Walk {
     pub max_tilt_rad: f64,
     /// Share of the time in which torso or knees touched the ground.
     pub dragged_share: f64,
+    /// Share of the time in which a servo pulled with all of its torque, or nearly.
+    pub strained_share: f64,
     /// Whether it lay down at any time, the entry included.
     pub fell: bool,
 }
@@ -124,6 +129,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut yaw_rad = before.yaw_rad();
     let mut max_tilt_rad = 0.0_f64;
     let mut dragged_frames = 0;
+    let mut strained_steps = 0;
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
         for _ in 0..steps_per_frame {
@@ -131,6 +137,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
             servo_energy_j += outcome.servo_power_w * World::STEP_S;
             mechanical_j += outcome.mechanical_power_w * World::STEP_S;
             holding_j += outcome.holding_power_w * World::STEP_S;
+            strained_steps += usize::from(outcome.torque_share > STRAINED);
         }
         let torso = world.torso();
         let turn_rad = torso.yaw_rad() - yaw_rad;
@@ -160,6 +167,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         fastest_m_s,
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
+        strained_share: strained_steps as f64 / (frame_count * steps_per_frame).max(1) as f64,
         fell,
     }
 }

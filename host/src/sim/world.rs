@@ -7,6 +7,10 @@
 //! The world's frame is that of the start: origin under the torso's middle, z
 //! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
 
+mod ground;
+
+pub use ground::{Soles, Taken};
+
 use super::body::{Body, Pose0, frame, real};
 use super::servos::Servos;
 use super::start::Start;
@@ -51,6 +55,8 @@ pub struct StepOutcome {
     pub heat_power_w: f64,
     /// The windings' heat that the supply pays: what is returned to a servo heats it first.
     pub holding_power_w: f64,
+    /// The hardest pull of any servo, as a share of what it can do.
+    pub torque_share: f64,
 }
 
 impl World {
@@ -125,6 +131,7 @@ impl World {
             mean.returned_power_w += share * one.returned_power_w;
             mean.heat_power_w += share * one.heat_power_w;
             mean.holding_power_w += share * one.holding_power_w;
+            mean.torque_share = mean.torque_share.max(one.torque_share);
         }
         mean
     }
@@ -151,6 +158,8 @@ impl World {
             let torque_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
             let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
             let horn_w = torque_n_m * speed_rad_s;
+            let pulled = pull_n_m.abs() / self.robot.servo.torque_limit_n_m;
+            outcome.torque_share = outcome.torque_share.max(pulled);
             let heat_w = power.heat_w_per_n2_m2 * torque_n_m * torque_n_m;
             outcome.mechanical_power_w += horn_w.max(0.0);
             outcome.returned_power_w += (-horn_w).max(0.0);

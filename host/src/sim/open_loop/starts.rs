@@ -42,6 +42,13 @@ pub struct Diverged {
     pub start: u32,
 }
 
+/// Plays `gait` once; `None` if the simulation ran away.
+pub fn play_sound(robot: &Robot, trial: &Trial, gait: impl FnMut(f64) -> [f64; 8]) -> Option<Walk> {
+    // A world that ran away trips the engine's own assertions.
+    let walk = catch_unwind(AssertUnwindSafe(|| play(robot, trial, gait)));
+    walk.ok().filter(Walk::is_sound)
+}
+
 /// Plays `gait` from each start, on as many cores as there are; walks are in
 /// the order of the starts. `trial.start` is not looked at.
 ///
@@ -55,9 +62,7 @@ pub fn play_starts(
 ) -> Result<Vec<Walk>, Diverged> {
     let one = |start: u32| {
         let trial = Trial { start: starts.start(start), ..*trial };
-        // A world that ran away trips the engine's own assertions.
-        let walk = catch_unwind(AssertUnwindSafe(|| play(robot, &trial, &gait)));
-        walk.ok().filter(Walk::is_sound).ok_or(Diverged { start })
+        play_sound(robot, &trial, &gait).ok_or(Diverged { start })
     };
     let walks: Vec<_> = (0..starts.count).into_par_iter().map(one).collect();
     walks.into_iter().collect()

@@ -29,35 +29,6 @@ fn mechanical_energy_j(world: &World) -> f64 {
     world.body.physics.bodies.iter().filter(|(_, body)| body.is_dynamic()).map(|(_, body)| of(body)).sum()
 }
 
-/// Velocity of the lowest point of each foot.
-fn sole_velocities_m_s(world: &World) -> [[f64; 3]; 4] {
-    let radius_m = real(world.robot.geometry.foot_radius_m);
-    core::array::from_fn(|leg| {
-        let shin = &world.body.physics.bodies[world.body.shins[leg]];
-        let sole = shin.position().transform_point(world.body.feet[leg]) - Vector::Z * radius_m;
-        shin.velocity_at_point(sole).to_array().map(f64::from)
-    })
-}
-
-/// What the ground did to each foot in the last step: its push up and its friction.
-fn ground_impulses_n_s(world: &World) -> [Vector; 4] {
-    let physics = &world.body.physics;
-    let mut impulses = [Vector::ZERO; 4];
-    for pair in physics.contact_pairs() {
-        for (handle, sign) in [(pair.collider1, 1.0), (pair.collider2, -1.0)] {
-            let parent = physics.colliders.get(handle).and_then(Collider::parent);
-            let Some(foot) = world.body.shins.iter().position(|shin| Some(*shin) == parent) else { continue };
-            for manifold in pair.solver_manifolds() {
-                let pushed =
-                    manifold.data.normal * manifold.points.iter().map(|p| p.data.impulse).sum::<Real>();
-                let rubbed: Vector = manifold.points.iter().map(|p| p.data.warmstart_tangent_world).sum();
-                impulses[foot] += (rubbed - pushed) * sign;
-            }
-        }
-    }
-    impulses
-}
-
 /// What the servos' horns gave must be found again as motion, height, and what
 /// the ground took: by friction under soles that slide, and by stopping feet
 /// that land. The ground's part is computed from its contact forces, not as
@@ -71,22 +42,18 @@ fn the_energy_books_balance_over_a_walk() {
     let (mut battery_j, mut heat_j, mut holding_j, mut lifted_n_s) = (0.0, 0.0, 0.0, 0.0);
 
     for step in 0..(DURATION_S / World::STEP_S) as usize {
-        let soles_before = sole_velocities_m_s(&world);
+        let soles_before = world.sole_velocities_m_s();
         let outcome = world.step(&trot(step as f64 * World::STEP_S).map(Some));
-        let soles = sole_velocities_m_s(&world);
+        let soles = world.sole_velocities_m_s();
         given_j += outcome.mechanical_power_w * World::STEP_S;
         returned_j += outcome.returned_power_w * World::STEP_S;
         battery_j += (outcome.servo_power_w + robot.power.electronics_w) * World::STEP_S;
         heat_j += outcome.heat_power_w * World::STEP_S;
         holding_j += outcome.holding_power_w * World::STEP_S;
-        for (foot, impulse_n_s) in ground_impulses_n_s(&world).into_iter().enumerate() {
-            // An impulse's work is that with the mean of the speeds before and after it.
-            let mean = |axis: usize| 0.5 * (soles_before[foot][axis] + soles[foot][axis]);
-            let [x, y, z] = impulse_n_s.to_array().map(f64::from);
-            slid_j -= x * mean(0) + y * mean(1);
-            landed_j -= z * mean(2);
-            lifted_n_s += z;
-        }
+        let taken = world.taken_by_ground(&soles_before, &soles);
+        slid_j += taken.slid_j;
+        landed_j += taken.landed_j;
+        lifted_n_s += taken.lifted_n_s;
     }
 
     let gained_j = mechanical_energy_j(&world) - before_j;
