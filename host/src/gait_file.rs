@@ -49,17 +49,20 @@ pub enum Source {
     Trained,
     /// Fitted to somebody's trajectory.
     Fitted,
+    /// Searched in simulation, without a policy.
+    Searched,
     /// Read back from the bytes of a table: the history is lost.
     Table,
 }
 
 impl Source {
-    /// As in files: `trained`, `fitted`, `table`.
+    /// As in files: `trained`, `fitted`, `searched`, `table`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Trained => "trained",
             Self::Fitted => "fitted",
+            Self::Searched => "searched",
             Self::Table => "table",
         }
     }
@@ -95,6 +98,9 @@ pub struct Provenance {
     /// Leg length of the robot it is meant for; 1.0 is 23 cm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leg_scale: Option<f64>,
+    /// Least and most amplitude at which it was found safe, on robots unlike each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safe_amplitudes: Option<[f64; 2]>,
     /// The command that wrote it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
@@ -114,6 +120,7 @@ impl Provenance {
             run: None,
             seed: None,
             leg_scale: None,
+            safe_amplitudes: None,
             command: None,
         }
     }
@@ -134,8 +141,16 @@ impl GaitFile {
             })?;
             return Ok(Self::from_table(&table));
         }
+        Self::parse(&bytes, path)
+    }
+
+    /// Reads a readable file's text; `path` is for error messages.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &[u8], path: &Path) -> Result<Self, GaitFileError> {
         let unusable = |source| GaitFileError::Unusable { path: path.to_owned(), source };
-        let document = document::parse(&bytes)
+        let document = document::parse(text)
             .map_err(|source| GaitFileError::Parse { path: path.to_owned(), source: Box::new(source) })?;
         let gait = Self::from_document(document).map_err(unusable)?;
         gait.check().map_err(unusable)?;
