@@ -20,6 +20,8 @@ pub mod fit;
 pub mod gait_file;
 pub mod joint_map;
 pub mod link;
+#[cfg(feature = "train")]
+pub mod optimise;
 pub mod playable;
 #[cfg(feature = "train")]
 pub mod plot;
@@ -28,6 +30,7 @@ pub mod record;
 pub mod robot;
 pub mod run_folder;
 pub mod sampled;
+pub mod searched;
 pub mod sim;
 pub mod stream;
 #[cfg(feature = "train")]

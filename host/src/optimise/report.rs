@@ -1,0 +1,260 @@
+//! What is known of a gait: over robots that no search has seen, over
+//! amplitudes, and where its energy goes.
+//!
+//! Owns the fresh draws and their statistics. Refuses to judge: the numbers
+//! stand beside the bounds that they are to be held to.
+
+use super::score::{STRAINED_SHARE, Test};
+use super::space::{Bounds, Motion};
+use super::tolerances::{Draw, Tolerances};
+use crate::energy::STANDARD_GRAVITY_M_S2;
+use crate::robot::Robot;
+use crate::sim::World;
+use crate::sim::open_loop::{FRAME_RATE_HZ, Walk};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::panic::catch_unwind;
+
+/// A trial, as the paper's.
+pub const TRIAL_S: f64 = 12.0;
+/// The stage of draws that belongs to reports; searches have the others.
+const STAGE: u64 = 1 << 40;
+/// Amplitudes that a gait is looked at.
+const AMPLITUDES: [f64; 11] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5];
+
+/// Over draws: what half of them, nine tenths and a tenth stay below.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Quantiles {
+    /// A tenth is below.
+    pub p10: f64,
+    /// Half is below.
+    pub median: f64,
+    /// Nine tenths are below.
+    pub p90: f64,
+}
+
+/// A gait over draws.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OverDraws {
+    /// How many.
+    pub draws: usize,
+    /// Energy per weight and distance, each robot by its own weight.
+    pub cost_of_transport: Quantiles,
+    /// Net distance over time.
+    pub speed_m_s: Quantiles,
+    /// From the supply.
+    pub power_w: Quantiles,
+    /// Turned in 12 s, either way.
+    pub yaw_deg: Quantiles,
+    /// Farthest that the torso leaned.
+    pub tilt_deg: Quantiles,
+    /// Share of the time with a servo at the end of its torque.
+    pub strained_share: Quantiles,
+    /// Robots that fell.
+    pub fell: usize,
+    /// Robots that touched the ground with more than their feet.
+    pub dragged: usize,
+}
+
+/// A gait at one amplitude.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AtAmplitude {
+    /// About the gait's own stroke, 1.0.
+    pub amplitude: f64,
+    /// Fastest setpoint.
+    pub setpoint_speed_rad_s: f64,
+    /// Whether joints and servos keep the bounds, no robot fell, and only feet touched the ground.
+    pub safe: bool,
+    /// How it walks there.
+    pub walks: OverDraws,
+}
+
+/// Where the power goes, on the fitted robot.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct PowerBooks {
+    /// Controller, driver, idle servos.
+    pub electronics_w: f64,
+    /// Friction under soles that slide.
+    pub slipping_w: f64,
+    /// Feet that are stopped by the ground.
+    pub landing_w: f64,
+    /// What the robot gives back to servos, which keep none of it: legs that
+    /// are braked, and that push against each other.
+    pub braking_w: f64,
+    /// Between horn and battery: the drive's losses and the windings' heat.
+    pub drive_w: f64,
+    /// What the physics step leaves unexplained.
+    pub rest_w: f64,
+    /// All of it.
+    pub total_w: f64,
+}
+
+/// Plays a motion on fresh draws.
+#[must_use]
+pub fn over_draws(
+    robot: &Robot,
+    tolerances: &Tolerances,
+    test: &Test,
+    motion: &Motion,
+    amplitude: f64,
+    (seed, draws): (u64, usize),
+) -> OverDraws {
+    let walks: Vec<Walk> = (0..draws as u64)
+        .into_par_iter()
+        .map(|number| test.walk(&tolerances.draw(robot, seed, STAGE | number), motion, amplitude))
+        .collect();
+    let of = |value: fn(&Walk) -> f64| quantiles(walks.iter().map(value).collect());
+    OverDraws {
+        draws,
+        cost_of_transport: of(|walk| walk.cost_of_transport),
+        speed_m_s: of(|walk| walk.speed_m_s),
+        power_w: of(|walk| walk.mean_power_w),
+        yaw_deg: of(|walk| walk.turned_rad.to_degrees().abs()),
+        tilt_deg: of(|walk| walk.max_tilt_rad.to_degrees()),
+        strained_share: of(|walk| walk.strained_share),
+        fell: walks.iter().filter(|walk| walk.fell).count(),
+        dragged: walks.iter().filter(|walk| walk.dragged_share > 0.0).count(),
+    }
+}
+
+fn quantiles(mut values: Vec<f64>) -> Quantiles {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| {
+        let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+        let place = share * last as f64;
+        let (below, above) = (place.floor() as usize, place.ceil() as usize);
+        let part = place - below as f64;
+        // Infinite costs have no middle.
+        if part == 0.0 { values[below] } else { values[below] * (1.0 - part) + values[above] * part }
+    };
+    Quantiles { p10: at(0.1), median: at(0.5), p90: at(0.9) }
+}
+
+/// The gait from half its stroke to one and a half.
+#[must_use]
+pub fn over_amplitudes(
+    robot: &Robot,
+    tolerances: &Tolerances,
+    test: &Test,
+    motion: &Motion,
+    (seed, draws): (u64, usize),
+) -> Vec<AtAmplitude> {
+    let bounds = Bounds::of(robot);
+    AMPLITUDES
+        .into_iter()
+        .map(|amplitude| {
+            let walks = over_draws(robot, tolerances, test, motion, amplitude, (seed, draws));
+            let fastest_deg_s = motion.fastest_deg_s(amplitude);
+            let keeps_bounds = fastest_deg_s <= robot.servo.top_speed_rad_s().to_degrees()
+                && motion.widest_deg(amplitude) <= bounds.angle_deg + 1e-6;
+            let safe = keeps_bounds
+                && walks.fell == 0
+                && walks.dragged == 0
+                && walks.strained_share.median <= STRAINED_SHARE;
+            AtAmplitude { amplitude, setpoint_speed_rad_s: fastest_deg_s.to_radians(), safe, walks }
+        })
+        .collect()
+}
+
+/// The safe amplitudes about 1.0 without a gap; `None` if 1.0 is not safe.
+#[must_use]
+pub fn safe_range(amplitudes: &[AtAmplitude]) -> Option<(f64, f64)> {
+    let own = amplitudes.iter().position(|at| at.amplitude == 1.0 && at.safe)?;
+    let below = amplitudes[..=own].iter().rev().take_while(|at| at.safe).last()?;
+    let above = amplitudes[own..].iter().take_while(|at| at.safe).last()?;
+    Some((below.amplitude, above.amplitude))
+}
+
+/// Follows the power of a walk on the fitted robot; `None` if the simulation runs away.
+#[must_use]
+pub fn power_books(robot: &Robot, motion: &Motion) -> Option<PowerBooks> {
+    // A world that ran away trips the engine's own assertions.
+    let books = catch_unwind(|| follow_power(robot, motion)).ok()?;
+    books.total_w.is_finite().then_some(books)
+}
+
+fn follow_power(robot: &Robot, motion: &Motion) -> PowerBooks {
+    let draw = Draw::nominal(robot);
+    let mut world = World::new(robot);
+    world.reset(&motion.angles_rad(0.0, 1.0), &draw.start);
+    let steps_per_frame = (1.0 / (FRAME_RATE_HZ * World::STEP_S)).round() as usize;
+    let settle_frames = (2.0 * FRAME_RATE_HZ) as usize;
+    let frames = settle_frames + (TRIAL_S * FRAME_RATE_HZ) as usize;
+    let (mut slid_j, mut landed_j, mut returned_j, mut given_j, mut servo_j) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for frame in 0..frames {
+        let setpoints = motion.angles_rad(frame as f64 / FRAME_RATE_HZ, 1.0).map(Some);
+        for _ in 0..steps_per_frame {
+            let before = world.sole_velocities_m_s();
+            let outcome = world.step(&setpoints);
+            if frame < settle_frames {
+                continue;
+            }
+            let taken = world.taken_by_ground(&before, &world.sole_velocities_m_s());
+            slid_j += taken.slid_j;
+            landed_j += taken.landed_j;
+            returned_j += outcome.returned_power_w * World::STEP_S;
+            given_j += outcome.mechanical_power_w * World::STEP_S;
+            servo_j += outcome.servo_power_w * World::STEP_S;
+        }
+    }
+    let watts = |energy_j: f64| energy_j / TRIAL_S;
+    PowerBooks {
+        electronics_w: robot.power.electronics_w,
+        slipping_w: watts(slid_j),
+        landing_w: watts(landed_j),
+        braking_w: watts(returned_j),
+        drive_w: watts(servo_j - given_j),
+        rest_w: watts(given_j - slid_j - landed_j - returned_j),
+        total_w: robot.power.electronics_w + watts(servo_j),
+    }
+}
+
+/// Cost of transport of the electronics alone at a speed: no gait of that speed is cheaper.
+#[must_use]
+pub fn floor(robot: &Robot, speed_m_s: f64) -> f64 {
+    robot.power.electronics_w / (robot.mass_kg() * STANDARD_GRAVITY_M_S2 * speed_m_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_lie_between_the_values() {
+        let quantiles = quantiles((0..=10).rev().map(f64::from).collect());
+
+        assert_eq!((quantiles.p10, quantiles.median, quantiles.p90), (1.0, 5.0, 9.0));
+        assert!(super::quantiles(vec![1.0, f64::INFINITY, 2.0]).p90.is_infinite());
+    }
+
+    #[test]
+    fn a_standing_robot_pays_for_its_electronics_alone() {
+        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
+
+        let books = power_books(&robot, &still).expect("nothing moves");
+
+        assert!((books.total_w - robot.power.electronics_w).abs() < 0.01, "{books:?}");
+        assert!(books.slipping_w.abs() < 0.01 && books.braking_w.abs() < 0.01, "{books:?}");
+    }
+
+    #[test]
+    fn the_safe_range_ends_at_the_first_gap_on_either_side() {
+        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
+        let test = Test { aim: super::super::score::Aim::Speed, duration_s: 0.1 };
+        let walks = over_draws(&robot, &Tolerances::default(), &test, &still, 1.0, (0, 1));
+        let at = |amplitude, safe| AtAmplitude {
+            amplitude,
+            setpoint_speed_rad_s: 1.0,
+            safe,
+            walks: walks.clone(),
+        };
+        let mut amplitudes =
+            vec![at(0.7, true), at(0.8, false), at(0.9, true), at(1.0, true), at(1.1, false)];
+
+        assert_eq!(safe_range(&amplitudes), Some((0.9, 1.0)));
+        amplitudes[3].safe = false;
+        assert_eq!(safe_range(&amplitudes), None);
+    }
+}

@@ -1,0 +1,119 @@
+//! How good a gait is, over robots that are not quite the fitted one.
+//!
+//! Owns the trial, what is counted against a gait, and the mean over draws. The
+//! cost of transport counts net distance, so a gait that goes in circles pays
+//! for it there already.
+
+use super::space::Motion;
+use super::tolerances::Draw;
+use crate::robot::Robot;
+use crate::sim::open_loop::{self, Trial, Walk};
+
+/// Within this much either way in 12 s, a gait is straight.
+const STRAIGHT_DEG: f64 = 8.0;
+/// Within this, level.
+const LEVEL_RAD: f64 = 0.15;
+/// Each degree beyond straight,
+const TURN_PRICE: f64 = 0.01;
+/// each radian beyond level,
+const TILT_PRICE: f64 = 2.0;
+/// walking with more than the feet on the ground, for all of the time,
+const DRAG_PRICE: f64 = 1.0;
+/// servos at the end of their torque, all of the time,
+const STRAIN_PRICE: f64 = 1.0;
+/// a fall, and a speed of nothing where some is asked for, in costs of transport.
+const FALL_PRICE: f64 = 3.0;
+const SLOW_PRICE: f64 = 3.0;
+/// No gait counts as worse than this by its cost alone: standing costs infinitely much.
+const MOST_COST: f64 = 5.0;
+/// Servos may be at the end of their torque for this share of the time.
+pub const STRAINED_SHARE: f64 = 0.02;
+/// What the worst of the draws counts beside their mean.
+const WORST_WEIGHT: f64 = 0.3;
+
+/// What is said of a walk of which nothing can be said.
+const LOST: Walk = Walk {
+    distance_m: 0.0,
+    displacement_m: [0.0; 2],
+    speed_m_s: 0.0,
+    fastest_m_s: 0.0,
+    energy_j: 0.0,
+    mean_power_w: 0.0,
+    mean_mechanical_power_w: 0.0,
+    mean_holding_power_w: 0.0,
+    cost_of_transport: f64::INFINITY,
+    turned_rad: 0.0,
+    max_tilt_rad: 0.0,
+    dragged_share: 0.0,
+    strained_share: 0.0,
+    fell: true,
+};
+
+/// What is wanted of a gait.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Aim {
+    /// The least cost of transport at this speed or more.
+    Cost {
+        /// The speed.
+        at_least_m_s: f64,
+    },
+    /// The most speed.
+    Speed,
+}
+
+/// How a gait is tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Test {
+    /// What is wanted.
+    pub aim: Aim,
+    /// The walk that is measured, after an entry.
+    pub duration_s: f64,
+}
+
+impl Test {
+    /// Plays a motion on a drawn robot. A simulation that runs away is a fall.
+    #[must_use]
+    pub fn walk(&self, draw: &Draw, motion: &Motion, amplitude: f64) -> Walk {
+        let trial = Trial { entry_s: 1.0, duration_s: self.duration_s, start: draw.start };
+        let walk = open_loop::play_sound(&draw.robot, &trial, |time_s| {
+            let mut angles_rad = motion.angles_rad(time_s, amplitude);
+            angles_rad.iter_mut().zip(draw.neutral_rad).for_each(|(angle, neutral)| *angle += neutral);
+            angles_rad
+        });
+        walk.unwrap_or(LOST)
+    }
+
+    /// What a motion costs over some robots: less is better, below 1 it walks.
+    #[must_use]
+    pub fn score(&self, draws: &[Draw], motion: &Motion) -> f64 {
+        let prices = draws.iter().map(|draw| self.price(&self.walk(draw, motion, 1.0)));
+        let (sum, worst) = prices
+            .fold((0.0, f64::NEG_INFINITY), |(sum, worst), price| (sum + price, f64::max(worst, price)));
+        let mean = sum / draws.len().max(1) as f64;
+        mean + WORST_WEIGHT * (worst - mean)
+    }
+
+    fn price(&self, walk: &Walk) -> f64 {
+        let aimed_at = match self.aim {
+            Aim::Cost { at_least_m_s } => {
+                let missing = (1.0 - walk.speed_m_s / at_least_m_s).max(0.0);
+                walk.cost_of_transport.min(MOST_COST) + SLOW_PRICE * missing
+            }
+            // In the same range as a cost of transport, for the prices' sake.
+            Aim::Speed => (0.1 / walk.speed_m_s).min(MOST_COST),
+        };
+        let turned_deg = walk.turned_rad.to_degrees().abs() * 12.0 / self.duration_s;
+        aimed_at
+            + TURN_PRICE * (turned_deg - STRAIGHT_DEG).max(0.0)
+            + TILT_PRICE * (walk.max_tilt_rad - LEVEL_RAD).max(0.0)
+            + DRAG_PRICE * walk.dragged_share
+            + STRAIN_PRICE * (walk.strained_share - STRAINED_SHARE).max(0.0)
+            + FALL_PRICE * f64::from(u8::from(walk.fell))
+    }
+}
+
+/// The least speed that is asked for where nobody says: the legs' share of 0.25 m/s.
+#[must_use]
+pub fn usual_speed_m_s(robot: &Robot) -> f64 {
+    0.125 + 0.125 * robot.geometry.leg_scale
+}

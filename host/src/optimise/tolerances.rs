@@ -1,0 +1,118 @@
+//! Robots like the fitted one, but not quite: what a gait must bear.
+//!
+//! Owns the draws. Each is a robot within the fit's spread, a day's battery,
+//! load and floor, as [`Randomisation`] draws them, with servos of another
+//! make, mounted a little off neutral, and put down a little crooked.
+
+use crate::robot::Robot;
+use crate::sim::{Perturbation, Randomisation, Robots, Start};
+use protocol::JOINT_COUNT;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+/// Of a draw's seed: robots and starts have the first ones.
+const STREAM: u64 = 2;
+
+/// How far robots differ from the fitted one; uniform, either way unless said otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tolerances {
+    /// Fit, floor, load, latency, supply.
+    pub robot: Randomisation,
+    /// Stiffness of all servos, as a share of itself.
+    pub stiffness_share: f64,
+    /// Damping of all servos, as a share of itself.
+    pub damping_share: f64,
+    /// Where each servo's horn was put on.
+    pub neutral_deg: f64,
+}
+
+impl Default for Tolerances {
+    /// # Source
+    /// Ours. Friction of a foot on floors differs by a quarter and more, servos
+    /// of one type by 10 to 20 %; a horn is trimmed by eye, to three counts of a
+    /// pulse; a servo acts on a pulse within two frames.
+    fn default() -> Self {
+        Self {
+            robot: Randomisation {
+                twin_spread: 2.0,
+                friction_share: 0.3,
+                mass_share: 0.1,
+                latency_s: 0.033,
+                supply_share: 0.15,
+            },
+            stiffness_share: 0.2,
+            damping_share: 0.2,
+            neutral_deg: 1.8,
+        }
+    }
+}
+
+/// One robot and one start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draw {
+    /// The robot.
+    pub robot: Robot,
+    /// Added to every setpoint.
+    pub neutral_rad: [f64; JOINT_COUNT],
+    /// How it is put down.
+    pub start: Start,
+}
+
+impl Draw {
+    /// The fitted robot itself, put down exactly.
+    #[must_use]
+    pub fn nominal(robot: &Robot) -> Self {
+        Self { robot: robot.clone(), neutral_rad: [0.0; JOINT_COUNT], start: Start::default() }
+    }
+}
+
+impl Tolerances {
+    /// The draw of that number; the same number gives the same draw.
+    #[must_use]
+    pub fn draw(&self, robot: &Robot, seed: u64, number: u64) -> Draw {
+        // One number out of both, unlike that of any neighbour of either.
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number);
+        let seed: u64 = random.random();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(STREAM);
+        let mut either_way = |range: f64| range * random.random_range(-1.0..=1.0);
+
+        let mut drawn =
+            Robots::like(robot, self.robot).map_or_else(|| robot.clone(), |robots| robots.drawn(seed));
+        drawn.servo.stiffness_n_m_rad *= 1.0 + either_way(self.stiffness_share);
+        drawn.servo.damping_n_m_s_rad *= 1.0 + either_way(self.damping_share);
+        Draw {
+            // Beyond what a description may say only where the described one was at its end.
+            robot: if drawn.check().is_ok() { drawn } else { robot.clone() },
+            neutral_rad: core::array::from_fn(|_| either_way(self.neutral_deg).to_radians()),
+            // The floor's friction was drawn with the robot.
+            start: Start { friction_share: 0.0, ..Start::drawn(&Perturbation::default(), seed) },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_differ_by_number_and_seed_and_are_the_same_again() {
+        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let tolerances = Tolerances::default();
+        let draws: Vec<Draw> = (0..20).map(|number| tolerances.draw(&robot, 3, number)).collect();
+
+        assert_eq!(draws[7], tolerances.draw(&robot, 3, 7));
+        assert_ne!(draws[7], draws[8]);
+        assert_ne!(draws[7], tolerances.draw(&robot, 4, 7));
+        for draw in &draws {
+            let friction = draw.robot.ground.friction / robot.ground.friction;
+            assert!((0.6..1.4).contains(&friction), "{friction}");
+            assert!(draw.neutral_rad.iter().all(|angle| angle.to_degrees().abs() <= 1.8));
+            assert!((0.0..=0.033).contains(&draw.robot.servo.delay_s));
+        }
+        let stiffer = |draw: &&Draw| draw.robot.servo.stiffness_n_m_rad > 1.1 * robot.servo.stiffness_n_m_rad;
+        assert!(draws.iter().find(stiffer).is_some());
+    }
+}
