@@ -15,6 +15,8 @@ mod explain;
 mod fit;
 mod gaits;
 mod measure;
+#[cfg(feature = "train")]
+mod optimise;
 mod play;
 mod reach;
 #[cfg(feature = "train")]
@@ -66,6 +68,8 @@ enum Command {
     Record(record::Args),
     Fit(fit::Args),
     Simulate(simulate::Args),
+    #[cfg(feature = "train")]
+    Optimise(optimise::Args),
     Calibrate(calibrate::Args),
     UploadGait(upload_gait::Args),
     Measure(measure::Args),
@@ -148,6 +152,8 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Record(args) => record::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Simulate(args) => simulate::run(args),
+        #[cfg(feature = "train")]
+        Command::Optimise(args) => optimise::run(args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),

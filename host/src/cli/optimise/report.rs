@@ -1,0 +1,131 @@
+//! What a search came to, for people and for scripts.
+
+use crate::cli::explain::path_text;
+use crate::gait_file::{GaitFile, gait_sha256};
+use crate::optimise::report::{AtAmplitude, OverDraws, PowerBooks, Quantiles, floor, power_books};
+use crate::optimise::space::{Motion, SPEED_MARGIN};
+use crate::robot::Robot;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// The paper's fastest robot: beyond it nothing was measured.
+const MEASURED_M_S: f64 = 0.139;
+
+/// A gait and all that is known of it.
+pub struct Outcome<'a> {
+    pub robot: &'a Robot,
+    pub gait: &'a GaitFile,
+    pub path: &'a Path,
+    pub motion: &'a Motion,
+    pub walks: &'a OverDraws,
+    pub amplitudes: &'a [AtAmplitude],
+    pub trials: u64,
+    pub at_least_m_s: Option<f64>,
+    pub seed: u64,
+    pub wall_s: f64,
+}
+
+impl Outcome<'_> {
+    pub fn to_json(&self) -> Value {
+        let Self { robot, walks, motion, .. } = self;
+        json!({
+            "leg": robot.geometry.leg_scale,
+            "seed": self.seed,
+            "wall_s": self.wall_s,
+            "evaluations": self.trials,
+            "gait": path_text(self.path),
+            "gait_sha256": self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
+            "period_s": motion.period_s,
+            "min_speed_m_s": self.at_least_m_s,
+            "cost_of_transport_median": walks.cost_of_transport.median,
+            "cost_of_transport_p90": walks.cost_of_transport.p90,
+            "speed_m_s_median": walks.speed_m_s.median,
+            "speed_m_s_p10": walks.speed_m_s.p10,
+            "power_w_median": walks.power_w.median,
+            "yaw_deg_median": walks.yaw_deg.median,
+            "setpoint_speed_max_rad_s": motion.fastest_deg_s(1.0).to_radians(),
+            "servo_speed_rad_s": robot.servo.top_speed_rad_s(),
+            "over_draws": walks,
+            "amplitudes": self.amplitudes,
+            "safe_amplitudes": self.gait.provenance.safe_amplitudes,
+            "power": power_books(robot, motion),
+            "cost_of_transport_of_electronics": floor(robot, walks.speed_m_s.median),
+        })
+    }
+
+    pub fn print(&self) {
+        let Self { robot, gait, walks, motion, .. } = self;
+        println!(
+            "gait \"{}\": a stride of {:.3} s, found in {} trials, {:.0} s",
+            gait.name, motion.period_s, self.trials, self.wall_s
+        );
+        println!("\nPredicted over {} robots that the search has not seen:", walks.draws);
+        println!("                          10 %   median     90 %");
+        let row = |name: &str, of: &Quantiles, digits: usize| {
+            println!("{name:22} {:8.digits$} {:8.digits$} {:8.digits$}", of.p10, of.median, of.p90);
+        };
+        row("cost of transport", &walks.cost_of_transport, 3);
+        row("speed m/s", &walks.speed_m_s, 3);
+        row("power W", &walks.power_w, 2);
+        row("turned deg in 12 s", &walks.yaw_deg, 1);
+        row("leaned deg at most", &walks.tilt_deg, 1);
+        println!("{} fell, {} touched the ground with more than their feet", walks.fell, walks.dragged);
+
+        let (fastest, servo) = (motion.fastest_deg_s(1.0).to_radians(), robot.servo.top_speed_rad_s());
+        println!(
+            "setpoints move at up to {fastest:.2} rad/s; a servo does {servo:.2}, of which {:.0} % may be asked for",
+            100.0 * SPEED_MARGIN
+        );
+        println!(
+            "servos are at the end of their torque for {:.1} % of the time",
+            100.0 * walks.strained_share.median
+        );
+
+        println!("\namplitude   cost of transport   speed m/s   safe");
+        for at in self.amplitudes {
+            println!(
+                "{:9.1} {:19.3} {:11.3}   {}",
+                at.amplitude,
+                at.walks.cost_of_transport.median,
+                at.walks.speed_m_s.median,
+                if at.safe { "yes" } else { "no" }
+            );
+        }
+        match gait.provenance.safe_amplitudes {
+            Some([least, most]) => println!("the gait declares {least} to {most}"),
+            None => println!("no amplitude is safe on all of these robots"),
+        }
+
+        if let Some(books) = power_books(robot, motion) {
+            print_books(&books);
+        }
+        println!(
+            "The electronics alone cost {:.3} at that speed: no gait is cheaper.",
+            floor(robot, walks.speed_m_s.median)
+        );
+        println!(
+            "\nThese are predictions: the twin was fitted to walks of up to {MEASURED_M_S} m/s, and this is {:.1} times \
+             that.\nOn a real robot look first at the feet: do they slip as they should, does it turn, are servos warm?",
+            walks.speed_m_s.median / MEASURED_M_S
+        );
+        println!(
+            "\n{}\nNext: cargo run -p host -- upload-gait --amp 1.0 --gait {}",
+            self.path.display(),
+            self.path.display()
+        );
+    }
+}
+
+fn print_books(books: &PowerBooks) {
+    println!("\nWhere {:.2} W go, on the fitted robot:", books.total_w);
+    for (name, watts) in [
+        ("electronics", books.electronics_w),
+        ("slipping soles", books.slipping_w),
+        ("landing feet", books.landing_w),
+        ("braking, legs against each other", books.braking_w),
+        ("drives", books.drive_w),
+        ("unexplained", books.rest_w),
+    ] {
+        println!("  {name:33} {watts:6.3} W  {:3.0} %", 100.0 * watts / books.total_w);
+    }
+}

@@ -1,0 +1,28 @@
+//! Where a search begins, as it is typed.
+
+use crate::cli::explain::failure_with_help;
+use crate::cli::{Cause, Failure};
+use crate::gait_file::GaitFile;
+use crate::optimise::search::Start;
+use crate::optimise::space::Motion;
+use crate::run_folder;
+use std::path::Path;
+
+/// The start of that name, or the gait of that file or run.
+pub fn read(text: &str, amplitude: f64) -> Result<Start, Failure> {
+    match text {
+        "nothing" => return Ok(Start::Nothing),
+        "sinusoid" => return Ok(Start::Sinusoid),
+        _ => {}
+    }
+    let path = Path::new(text);
+    let path = if path.is_dir() { path.join(run_folder::GAIT) } else { path.to_owned() };
+    let gait = GaitFile::load(&path).map_err(|error| {
+        failure_with_help(
+            Cause::Input,
+            error,
+            "--start takes nothing, sinusoid, a gait file, or a run folder that `host fit` was run on",
+        )
+    })?;
+    Ok(Start::Gait(Box::new(Motion::of(&gait, amplitude))))
+}
