@@ -4,16 +4,22 @@
 //! Owns the order of the steps and `summary.json`; every number in it comes
 //! from a step's own `--json`.
 
+mod virtual_robot;
+
 use super::measure::DURATION_RANGE_S;
 use super::{Cause, Failure};
+use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use protocol::Amplitude;
 use serde_json::{Map, Value, json};
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 use thiserror::Error;
+use virtual_robot::VirtualRobot;
+
+/// Folder of the second trial, in the run's.
+const SEARCHED: &str = "searched";
 
 /// Flags of `host demo`.
 #[derive(Debug, clap::Args)]
@@ -58,6 +64,8 @@ enum DemoError {
     Json { step: &'static str, source: serde_json::Error },
     #[error("the virtual robot ended before it offered a port")]
     NoPort,
+    #[error("cannot write the gait that was searched")]
+    Gait { source: crate::gait_file::GaitFileError },
     #[error(transparent)]
     File(#[from] FileError),
 }
@@ -76,44 +84,11 @@ impl DemoError {
             Self::Field { .. } | Self::Json { .. } => {
                 (Cause::Machine, "host and its steps are of different versions: rebuild both")
             }
-            Self::File(_) => (Cause::Machine, "is the disk full, or the folder read-only?"),
+            Self::File(_) | Self::Gait { .. } => {
+                (Cause::Machine, "is the disk full, or the folder read-only?")
+            }
         };
         Failure::new(cause, miette::miette!(help = help, "{self}"))
-    }
-}
-
-/// The virtual robot's process: ended when dropped.
-struct VirtualRobot {
-    child: Child,
-    port: String,
-}
-
-impl VirtualRobot {
-    fn start(program: &Path, run: &Path, seed: u64) -> Result<Self, DemoError> {
-        let mut child = Command::new(program)
-            .args(["--seed", &seed.to_string(), "--robot"])
-            .arg(run.join(run_folder::ROBOT))
-            .arg("--truth")
-            .arg(run.join(run_folder::TRUTH))
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|source| DemoError::Start { program: program.to_owned(), source })?;
-        let mut port = String::new();
-        let offered = child
-            .stdout
-            .as_mut()
-            .is_some_and(|out| BufReader::new(out).read_line(&mut port).is_ok_and(|bytes| bytes > 0));
-        // From here on, dropping ends the process.
-        let robot = Self { child, port: port.trim().to_owned() };
-        if offered { Ok(robot) } else { Err(DemoError::NoPort) }
-    }
-}
-
-impl Drop for VirtualRobot {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
@@ -140,7 +115,10 @@ impl Steps {
             let code = output.status.code().map_or("none (killed)".to_owned(), |code| code.to_string());
             return Err(DemoError::Step { step, code, cause });
         }
-        self.wall_s.insert(step.replace('-', "_"), rounded(start.elapsed().as_secs_f64()));
+        // A step that is done twice counts once, with both.
+        let name = step.replace('-', "_");
+        let before = self.wall_s.get(&name).and_then(Value::as_f64).unwrap_or(0.0);
+        self.wall_s.insert(name, rounded(before + start.elapsed().as_secs_f64()));
         serde_json::from_slice(&output.stdout).map_err(|source| DemoError::Json { step, source })
     }
 }
@@ -165,6 +143,42 @@ fn check(args: &Args, virtual_robot: &Path) -> Result<(), DemoError> {
         return Err(DemoError::NoVirtualRobot { program: virtual_robot.to_owned() });
     }
     Ok(())
+}
+
+/// A second trial: the gait that `host optimise` found for this robot, if it did for one.
+fn searched(
+    steps: &mut Steps,
+    args: &Args,
+    run: &Path,
+    virtual_robot: &Path,
+) -> Result<Option<Value>, DemoError> {
+    let trained_on = Robot::of_run(run).ok().flatten();
+    let leg_scale = trained_on.as_ref().map_or(1.0, |robot| robot.geometry.leg_scale);
+    let is_ant = Robot::ant(leg_scale).is_ok_and(|ant| Some(ant) == trained_on);
+    let Some(gait) = crate::searched::gait(leg_scale).ok().flatten().filter(|_| is_ant) else {
+        eprintln!("\nno gait was searched for this robot: cargo run -p host -- optimise");
+        return Ok(None);
+    };
+    // A folder of its own: it has a truth and trials of its own, too.
+    let folder = run.join(SEARCHED);
+    std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
+    let path = folder.join(run_folder::GAIT);
+    gait.save(&path).map_err(|source| DemoError::Gait { source })?;
+    if let Some(robot) = trained_on {
+        robot.save(&folder.join(run_folder::ROBOT))?;
+    }
+    let robot = VirtualRobot::start(virtual_robot, &folder, args.seed)?;
+    eprintln!("\nvirtual robot on {}", robot.port);
+    let (gait, out) = (path.display().to_string(), folder.display().to_string());
+    let truth = folder.join(run_folder::TRUTH).display().to_string();
+    let duration = args.duration_s.to_string();
+    let upload = steps.run("upload-gait", &["--gait", &gait, "--amp", "1", "--port", &robot.port])?;
+    let mut trial = steps.run(
+        "measure",
+        &["--port", &robot.port, "--duration", &duration, "--tracker", &truth, "--out", &out],
+    )?;
+    trial["gait_sha256"] = upload["gait_sha256"].clone();
+    Ok(Some(trial))
 }
 
 /// Runs the demo.
@@ -206,6 +220,7 @@ fn demo(args: &Args) -> Result<(), DemoError> {
         &["--port", &robot.port, "--duration", &duration, "--tracker", &truth, "--out", &run_name],
     )?;
     drop(robot);
+    let searched = searched(&mut steps, args, &run, &virtual_robot)?;
 
     let mut summary = Map::new();
     let mut take = |from: &Value, step: &'static str, fields: &[&'static str]| {
@@ -227,6 +242,11 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     take(&trial, "measure", &measured)?;
     take(&train, "train", &["seed", "reward_untrained", "reward_trained", "train_env_steps"])?;
     take(&upload, "upload-gait", &["gait_sha256", "gait_source", "clipped_share"])?;
+    if let Some(trial) = &searched {
+        let fields = ["cost_of_transport", "speed_m_s", "mean_power_w", "gait_sha256", "amplitude"];
+        let of = |field: &&str| trial.get(*field).map(|value| ((*field).to_owned(), value.clone()));
+        summary.insert("searched".to_owned(), Value::Object(fields.iter().filter_map(of).collect()));
+    }
     steps.wall_s.insert("total".to_owned(), rounded(start.elapsed().as_secs_f64()));
     summary.insert("run".to_owned(), json!(run_name));
     summary.insert("wall_s".to_owned(), Value::Object(steps.wall_s));
@@ -235,16 +255,22 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     let path = run.join(run_folder::SUMMARY);
     run_folder::write(&path, format!("{summary:#}\n").as_bytes())?;
     run_folder::make_latest(&run)?;
-    let figure = |field: &str| summary[field].as_f64().unwrap_or(f64::NAN);
-    eprintln!(
-        "\ncost of transport {:.3}   speed {:.3} m/s   mean power {:.3} W   ({} s trial at {}x)\n{}",
-        figure("cost_of_transport"),
-        figure("speed_m_s"),
-        figure("mean_power_w"),
-        args.duration_s,
-        args.amplitude,
-        path.display(),
-    );
+    let line = |what: &str, of: &Value, amplitude: f64| {
+        let figure = |field: &str| of[field].as_f64().unwrap_or(f64::NAN);
+        eprintln!(
+            "{what:21} {:17.3} {:11.3} {:8.3} {amplitude:11}",
+            figure("cost_of_transport"),
+            figure("speed_m_s"),
+            figure("mean_power_w"),
+        );
+    };
+    eprintln!("\nTrials of {} s on the virtual robot:", args.duration_s);
+    eprintln!("                      cost of transport   speed m/s  power W   amplitude");
+    line("learned just now", &summary, args.amplitude);
+    if let Some(trial) = &searched {
+        line("searched (host/gaits)", trial, 1.0);
+    }
+    eprintln!("{}", path.display());
     if args.json {
         println!("{summary:#}");
     }
