@@ -3,39 +3,46 @@
 
 use crate::support::image;
 use host::energy::STANDARD_GRAVITY_M_S2;
+use host::gait_file::GaitFile;
 use host::robot::Robot;
 use host::sim::open_loop::{self, Trial};
 use host::sim::{Perturbation, Start};
-use protocol::Command;
+use protocol::{Command, Joint};
 use sim_tests::client::Client;
-use sim_tests::fixtures::{self, amplitude};
+use sim_tests::fixtures;
 use sim_tests::nano::seconds;
 use sim_tests::virtual_robot::{SHUNT_OHM, VirtualRobot};
 
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
-const AMPLITUDE: f64 = 2.2;
 
 /// Speed and cost of transport.
 type Result2 = [f64; 2];
 
-fn direct(ant: &Robot, seed: u64) -> Result2 {
-    let gait = fixtures::trot();
+/// A robot, and what it plays.
+struct Case {
+    ant: Robot,
+    gait: GaitFile,
+    amplitude: f64,
+}
+
+fn direct(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
     let start = Start::drawn(&Perturbation::default(), seed);
     // The robot's first walking frame is the gait's first, as here.
     let trial = Trial { start, duration_s: f64::from(FRAMES - 1) / 60.0, ..Trial::default() };
     let walk = open_loop::play(ant, &trial, |t| {
         let phase = (t / gait.period_s).fract();
-        std::array::from_fn(|joint| gait.angle_deg(joint, phase, AMPLITUDE).to_radians())
+        Joint::ALL.map(|joint| gait.angle_deg(joint, phase, *amplitude).to_radians())
     });
     [walk.speed_m_s, walk.cost_of_transport]
 }
 
-fn through_the_firmware(ant: &Robot, seed: u64) -> Result2 {
+fn through_the_firmware(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
     let mut robot = VirtualRobot::new(&image(), ant, Some(seed)).unwrap();
     let mut client = Client::new();
     client.run_for(&mut robot, 0.3).unwrap();
-    client.upload(&mut robot, &fixtures::trot().table(), amplitude(AMPLITUDE), false).unwrap();
+    let (table, amplitude) = (gait.table().unwrap(), fixtures::amplitude(*amplitude));
+    client.upload(&mut robot, &table, amplitude, false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
     let walk = Command::Walk { amplitude: None, frames: Some(FRAMES), detached: true, dry_run: false };
     client.expect_done(&mut robot, walk).unwrap();
@@ -56,11 +63,11 @@ fn through_the_firmware(ant: &Robot, seed: u64) -> Result2 {
     [distance_m / (ended_s - began_s), energy_j / (ant.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m)]
 }
 
-#[test]
-fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
-    let ant = Robot::ant(1.0).unwrap();
-    let mean = |measure: fn(&Robot, u64) -> Result2| {
-        let of: Vec<Result2> = (0..STARTS).map(|seed| measure(&ant, seed)).collect();
+/// Means over the starts must agree within 3 %.
+#[track_caller]
+fn agree(case: &Case) {
+    let mean = |measure: fn(&Case, u64) -> Result2| {
+        let of: Vec<Result2> = (0..STARTS).map(|seed| measure(case, seed)).collect();
         [0, 1].map(|k| of.iter().map(|one| one[k]).sum::<f64>() / STARTS as f64)
     };
 
@@ -73,5 +80,19 @@ fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cen
     for (k, what) in ["speed", "cost of transport"].into_iter().enumerate() {
         let apart = robot[k] / simulated[k] - 1.0;
         assert!(apart.abs() < 0.03, "{what}: {} and {}, {:+.1} %", simulated[k], robot[k], 100.0 * apart);
+    }
+}
+
+#[test]
+fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
+    let table = GaitFile::from_table(&fixtures::trot().table());
+    agree(&Case { ant: Robot::ant(1.0).unwrap(), gait: table, amplitude: 2.2 });
+}
+
+#[test]
+fn they_agree_on_the_searched_gaits_of_both_legs() {
+    for leg in [1.0, 0.6] {
+        let gait = host::searched::gait(leg).unwrap().unwrap();
+        agree(&Case { ant: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
     }
 }
