@@ -10,7 +10,7 @@
 mod processes;
 
 use host::gait_file::GaitFile;
-use processes::{RobotProcess, Sample, finish, host, host_json, host_outcome, start_host};
+use processes::{RobotProcess, Sample, finish, host, host_json, host_outcome, measure_patiently, start_host};
 use protocol::JOINT_COUNT;
 use sim_tests::fixtures;
 use std::f64::consts::TAU;
@@ -162,10 +162,8 @@ fn a_fitted_loop_uploaded_at_2_2_plays_within_half_a_count_and_0_05_degree_at_60
     );
     assert_eq!(uploaded["saved"], true, "{uploaded}");
     // Opening the port again resets the robot: the gait comes out of its EEPROM.
-    let measured = host_json(
-        folder.path(),
-        &["measure", "--port", robot.port(), "--duration", "6", "--distance", "0.5"],
-    );
+    let measured =
+        measure_patiently(folder.path(), &["--port", robot.port(), "--duration", "6", "--distance", "0.5"]);
     assert_eq!(measured["frames_played"], 360, "{measured}");
 
     let pulses = robot.pulses();
@@ -205,9 +203,9 @@ fn reported_energy_over_12_s_is_within_2_per_cent_of_the_batterys_true_integral(
     let upload =
         ["upload-gait", "--gait", gait_path.to_str().unwrap(), "--amp", "2.2", "--port", robot.port()];
     let uploaded = host_json(folder.path(), &upload);
-    let measured = host_json(
+    let measured = measure_patiently(
         folder.path(),
-        &["measure", "--port", robot.port(), "--duration", "12", "--tracker", truth_path.to_str().unwrap()],
+        &["--port", robot.port(), "--duration", "12", "--tracker", truth_path.to_str().unwrap()],
     );
 
     assert_eq!(measured["frames_played"], 720, "{measured}");
@@ -282,8 +280,8 @@ fn the_eeprom_file_carries_a_gait_from_one_robot_process_to_the_next() {
     drop(robot);
 
     let robot = RobotProcess::start(folder.path(), &["--eeprom", "eeprom.bin"]);
-    let measure = ["measure", "--port", robot.port(), "--duration", "1", "--distance", "0.1"];
-    let measured = host_json(folder.path(), &measure);
+    let measure = ["--port", robot.port(), "--duration", "1", "--distance", "0.1"];
+    let measured = measure_patiently(folder.path(), &measure);
 
     assert_eq!(measured["gait_name"], "trot", "{measured}");
 }

@@ -165,6 +165,19 @@ pub fn play_patiently(folder: &Path, more: &[&str]) -> serde_json::Value {
     panic!("this machine is too busy to stream: eight times the robot's buffer ran dry");
 }
 
+/// Measures; the robot stops by itself when this computer, busy with something
+/// else, is silent for most of a second, and `measure` then says so.
+pub fn measure_patiently(folder: &Path, more: &[&str]) -> serde_json::Value {
+    for _ in 0..4 {
+        let (code, out, err) = host_outcome(folder, &[&["measure", "--json"], more].concat());
+        if code == 0 {
+            return serde_json::from_str(&out).unwrap();
+        }
+        assert!(err.contains("the robot heard nothing from this computer"), "{err}");
+    }
+    panic!("this machine is too busy to measure: four times the robot heard nothing from it");
+}
+
 /// One stride of a wave, degrees from neutral, 60 rows a second.
 pub fn pose_deg(frame: usize, frames: usize) -> [f64; JOINT_COUNT] {
     std::array::from_fn(|joint| 12.0 * (TAU * frame as f64 / frames as f64 + joint as f64).sin())
