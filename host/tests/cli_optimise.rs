@@ -113,3 +113,17 @@ fn bad_flags_name_the_value_and_what_is_allowed() {
     assert!(draws.contains("8..=1000"), "{draws}");
     assert_eq!(std::fs::read_dir(desk.path()).unwrap().count(), 0, "nothing is left behind");
 }
+
+#[test]
+fn beyond_the_amplitudes_that_a_searched_gait_declares_is_a_warning() {
+    let desk = tempfile::tempdir().unwrap();
+    let gait = concat!(env!("CARGO_MANIFEST_DIR"), "/gaits/ant-1L.toml");
+    let said = |amplitude: &str| {
+        let args = ["simulate", gait, "--amp", amplitude, "--duration", "1", "--starts", "1"];
+        let output = host(desk.path(), &args).assert().success();
+        String::from_utf8_lossy(&output.get_output().stderr).into_owned()
+    };
+
+    assert!(said("1.2").contains("found safe at amplitudes 0.5 to 1; at 1.2"));
+    assert!(!said("1").contains("found safe"));
+}

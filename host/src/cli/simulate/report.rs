@@ -66,7 +66,7 @@ pub fn print(args: &Args, simulated: &Simulated) {
 
 /// What keeps the simulated robot, and a real one, from walking as the gait says.
 fn warnings(args: &Args, Simulated { material, amplitude, .. }: &Simulated) -> Vec<String> {
-    let mut warnings: Vec<String> = material.other_leg.iter().cloned().collect();
+    let mut warnings = material.doubts(*amplitude);
     let clipped_share = material.clipped_share(*amplitude);
     if clipped_share > 0.0 {
         warnings.push(format!(

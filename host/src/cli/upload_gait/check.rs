@@ -38,7 +38,8 @@ pub struct Check {
     /// Whose calibration it is.
     of: String,
     beyond: Vec<BeyondPulses>,
-    other_leg: Option<String>,
+    /// About the gait itself.
+    doubts: Vec<String>,
 }
 
 impl Check {
@@ -51,8 +52,8 @@ impl Check {
             .filter_map(|joint| playable.beyond_pulses(joint, calibration.joint(joint), amplitude))
             .collect();
         let demands = playable.demands(amplitude, Speed::ONE, servo_deg_s);
-        let other_leg = material.other_leg.clone();
-        Self { demands, servo_deg_s, calibration, of, beyond, other_leg }
+        let doubts = material.doubts(amplitude);
+        Self { demands, servo_deg_s, calibration, of, beyond, doubts }
     }
 
     fn us(&self, counts: i32) -> f64 {
@@ -84,7 +85,7 @@ impl Check {
             )
         });
         let beyond = self.beyond.iter().map(|beyond| format!("{}; it is held there", self.pulse(beyond)));
-        self.other_leg.iter().cloned().chain(too_fast).chain(beyond).collect()
+        self.doubts.iter().cloned().chain(too_fast).chain(beyond).collect()
     }
 
     /// Refuses pulses beyond the calibration.

@@ -6,7 +6,7 @@ use crate::cli::fit::{check_period, history};
 use crate::cli::recording::{Chosen, Unsaid};
 use crate::cli::robots::{self, Named};
 use crate::cli::{Cause, Failure};
-use crate::gait_file::limits::LeavesLimits;
+use crate::gait_file::limits::{LeavesLimits, as_typed};
 use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
 use crate::playable::Playable;
 use crate::robot::Robot;
@@ -92,6 +92,22 @@ impl Material {
             other_leg: None,
             curves: None,
         })
+    }
+
+    /// What to say of the gait itself at an amplitude: other legs than this
+    /// robot's, or beyond what it was found safe at.
+    pub fn doubts(&self, amplitude: Amplitude) -> Vec<String> {
+        let safe = self.curves.as_ref().and_then(|gait| gait.provenance.safe_amplitudes);
+        let asked = as_typed(amplitude);
+        // A typed 1.1 is held as 9011/8192.
+        let beyond = safe.filter(|[least, most]| asked < least - 1e-3 || asked > most + 1e-3);
+        let beyond = beyond.map(|[least, most]| {
+            format!(
+                "the gait was found safe at amplitudes {least} to {most}; at {asked} joints, servos or some \
+                 robots were beyond their bounds"
+            )
+        });
+        self.other_leg.iter().cloned().chain(beyond).collect()
     }
 
     /// Duration of a stride.
