@@ -70,9 +70,10 @@ pub struct Args {
     /// Where to begin: `nothing`, `sinusoid`, a gait file, or a run folder with one
     #[arg(long, default_value = "sinusoid", value_name = "nothing|sinusoid|GAIT|RUN")]
     start: String,
-    /// Amplitude of a gait that is begun from; 1.875 is a policy's own stroke
-    #[arg(long, default_value_t = 1.875, value_name = "X")]
-    start_amp: f64,
+    /// Amplitude of a gait that is begun from [default: 1.875, a policy's own stroke; 1 for a
+    /// searched gait]
+    #[arg(long, value_name = "X")]
+    start_amp: Option<f64>,
     /// How long to search: 10m or 600s by the clock of two cores, or a number of trials
     #[arg(long, default_value = "10m", value_name = "TIME|TRIALS")]
     budget: Budget,
@@ -123,6 +124,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, OptimiseError::Basis))?;
     let stop = stop_flag()?;
     let folder = folder(&args)?;
+    // First, so that a folder that cannot be written costs no search.
+    robot.save(&folder.join(run_folder::ROBOT)).map_err(|error| failure(Cause::Machine, error))?;
 
     let at_least_m_s = args.min_speed.unwrap_or_else(|| usual_speed_m_s(&robot));
     let aim = match args.objective {
@@ -153,6 +156,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
         wall_s: began.elapsed().as_secs_f64(),
     };
     let json = save(&hunt, &outcome, &front, &folder)?;
+    let median_m_s = outcome.walks.speed_m_s.median;
+    if outcome.at_least_m_s.is_some_and(|asked_m_s| median_m_s < asked_m_s) {
+        eprintln!(
+            "warning: it walks at {median_m_s:.3} m/s, slower than the {at_least_m_s} m/s that were asked for; \
+             search longer (--budget) or ask for less (--min-speed)"
+        );
+    }
     if args.json {
         println!("{json:#}");
     } else {
@@ -171,14 +181,16 @@ fn check(args: &Args) -> Result<(), Failure> {
     if let Some(value) = args.min_speed.filter(|speed| !(0.02..=2.0).contains(speed)) {
         return Err(usage(OptimiseError::MinSpeed { value }));
     }
-    if !(0.1..=3.0).contains(&args.start_amp) {
-        return Err(usage(OptimiseError::StartAmplitude { value: args.start_amp }));
+    if let Some(value) = args.start_amp.filter(|amplitude| !(0.1..=3.0).contains(amplitude)) {
+        return Err(usage(OptimiseError::StartAmplitude { value }));
     }
     if let Some(name) = args.name.as_ref().filter(|name| protocol::Name::new(name).is_none()) {
         return Err(usage(OptimiseError::Name { name: name.clone() }));
     }
-    let taken = args.out.as_ref().map(|folder| folder.join(run_folder::GAIT)).filter(|gait| gait.exists());
-    taken.map_or(Ok(()), |path| Err(usage(OptimiseError::Taken { path })))
+    // A trained run, too, would no longer be what it says.
+    let files = [run_folder::GAIT, run_folder::CONFIG, run_folder::ROBOT];
+    let mut taken = args.out.iter().flat_map(|folder| files.map(|file| folder.join(file)));
+    taken.find(|path| path.exists()).map_or(Ok(()), |path| Err(usage(OptimiseError::Taken { path })))
 }
 
 fn machine(error: run_folder::FileError) -> Failure {
@@ -199,7 +211,6 @@ fn save(
     folder: &Path,
 ) -> Result<serde_json::Value, Failure> {
     outcome.gait.save(outcome.path).map_err(|error| failure(Cause::Machine, error))?;
-    hunt.robot.save(&folder.join(run_folder::ROBOT)).map_err(|error| failure(Cause::Machine, error))?;
     let mut json = outcome.to_json();
     write_figure(&folder.join(AMPLITUDES_FIGURE), figure::of_amplitudes(outcome.amplitudes).to_svg())?;
     if !front.is_empty() {

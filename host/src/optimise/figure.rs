@@ -5,7 +5,10 @@
 
 use super::report::{AtAmplitude, OverDraws, Quantiles};
 use crate::plot::{Axis, BLUE, Colour, Entry, Figure, Layer, Mark, Panel, VERMILION};
+use crate::robot::Robot;
 
+/// The robot that the authors measured.
+const ANT: &str = "Ant";
 /// Black: measured, not predicted.
 const MEASURED: Colour = Colour(0, 0, 0);
 const PANEL_PX: (u32, u32) = (820, 320);
@@ -16,8 +19,9 @@ const PANEL_PX: (u32, u32) = (820, 320);
 /// # Source
 /// Paper, Table 2: original, sinusoid, PSTO.
 #[must_use]
-pub fn measured(leg_scale: f64) -> Option<[(f64, f64); 3]> {
-    let is = |leg: f64| (leg_scale - leg).abs() < 1e-9;
+pub fn measured(robot: &Robot) -> Option<[(f64, f64); 3]> {
+    // Another robot's points would compare nothing.
+    let is = |leg: f64| robot.name == ANT && (robot.geometry.leg_scale - leg).abs() < 1e-9;
     if is(1.0) {
         Some([(0.127, 0.688), (0.127, 0.639), (0.139, 0.595)])
     } else if is(0.6) {
@@ -52,7 +56,7 @@ pub fn of_amplitudes(amplitudes: &[AtAmplitude]) -> Figure {
         legend: vec![
             Entry { label: "median over robots".into(), marks: vec![(Mark::Line, BLUE)] },
             Entry { label: "10 to 90 %".into(), marks: vec![(Mark::Band, BLUE)] },
-            Entry { label: "safe on all of them".into(), marks: vec![(Mark::Dots, VERMILION)] },
+            Entry { label: "bounds kept, none fell or dragged".into(), marks: vec![(Mark::Dots, VERMILION)] },
         ],
         columns: 1,
         panel_px: PANEL_PX,
@@ -65,12 +69,12 @@ pub fn of_amplitudes(amplitudes: &[AtAmplitude]) -> Figure {
 
 /// Gaits searched for different speeds, and what the authors measured.
 #[must_use]
-pub fn of_front(leg_scale: f64, front: &[OverDraws]) -> Figure {
+pub fn of_front(robot: &Robot, front: &[OverDraws]) -> Figure {
     let walks = || front.iter().filter(|walks| walks.cost_of_transport.p90.is_finite());
     let ours: Vec<(f64, f64)> =
         walks().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();
     let edges = walks().map(|w| (w.speed_m_s.median, w.cost_of_transport.p10, w.cost_of_transport.p90));
-    let theirs = measured(leg_scale).map_or_else(Vec::new, |points| points.to_vec());
+    let theirs = measured(robot).map_or_else(Vec::new, |points| points.to_vec());
     let layers = vec![
         Layer::band(BLUE, edges),
         Layer { mark: Mark::Line, colour: BLUE, points: ours.clone() },
@@ -91,7 +95,8 @@ pub fn of_front(leg_scale: f64, front: &[OverDraws]) -> Figure {
         let label = "measured by the authors: original, sinusoid, PSTO at their best";
         legend.push(Entry { label: label.into(), marks: vec![(Mark::Dots, MEASURED)] });
     }
-    let title = format!("Cost of transport against speed, legs of {leg_scale} L");
+    let title =
+        format!("{}: cost of transport against speed, legs of {} L", robot.name, robot.geometry.leg_scale);
     let panel = Panel { title: String::new(), x, y, top: None, layers };
     Figure { title, legend, columns: 1, panel_px: (820, 480), panels: vec![panel] }
 }
@@ -119,8 +124,10 @@ mod tests {
     fn the_front_shows_what_was_measured_as_measured() {
         let front = [walks(0.1, 0.4), walks(0.2, 0.3)];
 
-        let svg = of_front(1.0, &front).to_svg().expect("drawn");
-        let unknown = of_front(0.8, &front).to_svg().expect("drawn");
+        let ant = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let svg = of_front(&ant, &front).to_svg().expect("drawn");
+        let other = Robot { name: "Pony".into(), ..ant };
+        let unknown = of_front(&other, &front).to_svg().expect("drawn");
 
         assert!(svg.contains("measured by the authors") && svg.contains("predicted"));
         assert!(!unknown.contains("measured by the authors"));

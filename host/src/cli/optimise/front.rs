@@ -92,7 +92,7 @@ pub fn save(points: &[Point], hunt: &Hunt<'_>, folder: &Path) -> Result<Value, F
     }
     run_folder::write(&folder.join(TABLE), table.as_bytes()).map_err(machine)?;
     let walks: Vec<OverDraws> = points.iter().map(|point| point.walks.clone()).collect();
-    let drawn = figure::of_front(hunt.robot.geometry.leg_scale, &walks).to_svg();
+    let drawn = figure::of_front(hunt.robot, &walks).to_svg();
     write_figure(&folder.join(FIGURE), drawn)?;
     Ok(Value::Array(front))
 }
@@ -111,12 +111,9 @@ pub fn print(points: &[Point], robot: &Robot, folder: &Path) {
         );
     }
     for ((speed_m_s, cost), method) in
-        figure::measured(robot.geometry.leg_scale).into_iter().flatten().zip(["original", "sinusoid", "PSTO"])
+        figure::measured(robot).into_iter().flatten().zip(["original", "sinusoid", "PSTO"])
     {
-        println!(
-            "{:>9} {speed_m_s:11.3} {cost:19.3} {:>25} measured by the authors, their best {method}",
-            "", ""
-        );
+        println!("{:>9} {speed_m_s:11.3} {cost:19.3} {:>25} measured, {method}", "", "");
     }
     println!("{}", folder.join(FIGURE).display());
 }

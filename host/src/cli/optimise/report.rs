@@ -93,7 +93,7 @@ impl Outcome<'_> {
         }
         match gait.provenance.safe_amplitudes {
             Some([least, most]) => println!("the gait declares {least} to {most}"),
-            None => println!("no amplitude is safe on all of these robots"),
+            None => println!("the gait declares none: at its own stroke bounds are not kept, or robots fell"),
         }
 
         if let Some(books) = power_books(robot, motion) {
@@ -103,16 +103,22 @@ impl Outcome<'_> {
             "The electronics alone cost {:.3} at that speed: no gait is cheaper.",
             floor(robot, walks.speed_m_s.median)
         );
+        if robot.twin.is_some() {
+            println!(
+                "\nThese are predictions: the twin was fitted to walks of up to {MEASURED_M_S} m/s, and this is {:.1} \
+                 times that.",
+                walks.speed_m_s.median / MEASURED_M_S
+            );
+        } else {
+            println!("\nThese are predictions of a robot that no trial was ever held against.");
+        }
         println!(
-            "\nThese are predictions: the twin was fitted to walks of up to {MEASURED_M_S} m/s, and this is {:.1} times \
-             that.\nOn a real robot look first at the feet: do they slip as they should, does it turn, are servos warm?",
-            walks.speed_m_s.median / MEASURED_M_S
+            "On a real robot look first at the feet: do they slip as they should, does it turn, are servos warm?"
         );
-        println!(
-            "\n{}\nNext: cargo run -p host -- upload-gait --amp 1.0 --gait {}",
-            self.path.display(),
-            self.path.display()
-        );
+        println!("\n{}", self.path.display());
+        if let Some([least, _]) = gait.provenance.safe_amplitudes {
+            println!("Next: cargo run -p host -- upload-gait --amp {least} --gait {}", self.path.display());
+        }
     }
 }
 

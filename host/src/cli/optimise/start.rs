@@ -2,14 +2,17 @@
 
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
-use crate::gait_file::GaitFile;
+use crate::gait_file::{GaitFile, Source};
 use crate::optimise::search::Start;
 use crate::optimise::space::Motion;
 use crate::run_folder;
 use std::path::Path;
 
+/// Where a learned gait is as wide as its policy walked: 45 degrees an action over 24.
+const POLICYS_STROKE: f64 = 1.875;
+
 /// The start of that name, or the gait of that file or run.
-pub fn read(text: &str, amplitude: f64) -> Result<Start, Failure> {
+pub fn read(text: &str, amplitude: Option<f64>) -> Result<Start, Failure> {
     match text {
         "nothing" => return Ok(Start::Nothing),
         "sinusoid" => return Ok(Start::Sinusoid),
@@ -24,5 +27,6 @@ pub fn read(text: &str, amplitude: f64) -> Result<Start, Failure> {
             "--start takes nothing, sinusoid, a gait file, or a run folder that `host fit` was run on",
         )
     })?;
-    Ok(Start::Gait(Box::new(Motion::of(&gait, amplitude))))
+    let own = if gait.provenance.source == Source::Searched { 1.0 } else { POLICYS_STROKE };
+    Ok(Start::Gait(Box::new(Motion::of(&gait, amplitude.unwrap_or(own)))))
 }
