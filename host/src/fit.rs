@@ -194,7 +194,7 @@ fn in_degrees(
 ///
 /// # Source
 /// The integral of `T_k` over [-1, 1] is `2 / (1 - k^2)` for even `k`, 0 for odd.
-fn mean_over_stride(coefficients: &[f64; COEFFICIENT_COUNT]) -> f64 {
+pub(crate) fn mean_over_stride(coefficients: &[f64; COEFFICIENT_COUNT]) -> f64 {
     coefficients.iter().enumerate().step_by(2).map(|(k, c)| c / (1.0 - (k * k) as f64)).sum()
 }
 

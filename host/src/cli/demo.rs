@@ -64,8 +64,10 @@ enum DemoError {
     Json { step: &'static str, source: serde_json::Error },
     #[error("the virtual robot ended before it offered a port")]
     NoPort,
-    #[error("cannot write the gait that was searched")]
+    #[error("the gait that was searched cannot be read or written")]
     Gait { source: crate::gait_file::GaitFileError },
+    #[error(transparent)]
+    Robot(#[from] crate::robot::RobotError),
     #[error(transparent)]
     File(#[from] FileError),
 }
@@ -84,7 +86,7 @@ impl DemoError {
             Self::Field { .. } | Self::Json { .. } => {
                 (Cause::Machine, "host and its steps are of different versions: rebuild both")
             }
-            Self::File(_) | Self::Gait { .. } => {
+            Self::File(_) | Self::Gait { .. } | Self::Robot(_) => {
                 (Cause::Machine, "is the disk full, or the folder read-only?")
             }
         };
@@ -152,10 +154,11 @@ fn searched(
     run: &Path,
     virtual_robot: &Path,
 ) -> Result<Option<Value>, DemoError> {
-    let trained_on = Robot::of_run(run).ok().flatten();
+    let trained_on = Robot::of_run(run)?;
     let leg_scale = trained_on.as_ref().map_or(1.0, |robot| robot.geometry.leg_scale);
     let is_ant = Robot::ant(leg_scale).is_ok_and(|ant| Some(ant) == trained_on);
-    let Some(gait) = crate::searched::gait(leg_scale).ok().flatten().filter(|_| is_ant) else {
+    let found = crate::searched::gait(leg_scale).map_err(|source| DemoError::Gait { source })?;
+    let Some(gait) = found.filter(|_| is_ant) else {
         eprintln!("\nno gait was searched for this robot: cargo run -p host -- optimise");
         return Ok(None);
     };

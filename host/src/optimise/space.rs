@@ -6,6 +6,7 @@
 //! played needs no penalties for those that cannot.
 
 use super::basis::{Basis, Curve, WAVES, steepest};
+use crate::fit::mean_over_stride;
 use crate::gait_file::{GaitFile, JointSeries};
 use crate::robot::Robot;
 use core::f64::consts::SQRT_2;
@@ -186,7 +187,7 @@ impl Space {
                 .centres_deg
                 .iter()
                 .zip(&motion.curves_deg)
-                .map(|(centre_deg, curve)| (centre_deg + mean_of(curve)) / CENTRE_UNIT_DEG),
+                .map(|(centre_deg, curve)| (centre_deg + mean_over_stride(curve)) / CENTRE_UNIT_DEG),
         );
         let shares = motion.curves_deg.map(|curve| self.basis.shares(&curve));
         for wave in 0..self.waves {
@@ -220,10 +221,6 @@ impl Space {
 /// One unit of a wave: root mean square of the deviation, in degrees.
 fn unit_deg(wave: usize) -> f64 {
     WAVE_UNIT_DEG / SQRT_2 / (wave + 1) as f64
-}
-
-fn mean_of(curve: &Curve) -> f64 {
-    curve.iter().enumerate().step_by(2).map(|(k, c)| c / (1.0 - (k * k) as f64)).sum()
 }
 
 /// Lowest and highest value, at phases a degree-10 curve hides nothing between.
