@@ -17,6 +17,8 @@ pub enum Preset {
     Quick,
     /// As walk, but on another robot every episode, within the twin's spread.
     Robust,
+    /// As walk, with the paper's electricity cost: what the experiment's PSTO learns with.
+    Psto,
 }
 
 impl Preset {
@@ -27,6 +29,7 @@ impl Preset {
             Self::Walk => include_str!("../../configs/walk.toml"),
             Self::Quick => include_str!("../../configs/quick.toml"),
             Self::Robust => include_str!("../../configs/robust.toml"),
+            Self::Psto => include_str!("../../configs/psto.toml"),
         }
     }
 
@@ -37,6 +40,7 @@ impl Preset {
             Self::Walk => "configs/walk.toml",
             Self::Quick => "configs/quick.toml",
             Self::Robust => "configs/robust.toml",
+            Self::Psto => "configs/psto.toml",
         }
     }
 }

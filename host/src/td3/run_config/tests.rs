@@ -77,6 +77,17 @@ fn robust_is_walk_on_robots_that_differ_and_the_others_know_one_robot() {
 }
 
 #[test]
+fn psto_is_walk_with_the_papers_electricity() {
+    let [paper, walk, psto] =
+        [Preset::Paper, Preset::Walk, Preset::Psto].map(|preset| RunConfig::preset(preset).unwrap());
+    let RewardConfig { electricity_form, electricity, .. } = paper.env.reward;
+    let mut expected = walk;
+    expected.env.reward = RewardConfig { electricity_form, electricity, ..expected.env.reward };
+
+    assert_eq!(psto, expected);
+}
+
+#[test]
 fn a_file_can_stand_on_any_preset() {
     let config = parse("based_on = \"quick\"\nseed = 4\n").unwrap();
 
