@@ -16,6 +16,8 @@ pub mod cli;
 pub mod curves;
 pub mod energy;
 pub mod env;
+#[cfg(feature = "train")]
+pub mod experiment;
 pub mod fit;
 pub mod gait_file;
 pub mod joint_map;
