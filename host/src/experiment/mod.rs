@@ -7,5 +7,6 @@
 
 pub mod method;
 pub mod paper;
+pub mod study;
 pub mod summary;
 pub mod trial;
