@@ -8,8 +8,8 @@ use std::path::Path;
 
 /// The leg's length, and the file with its gait.
 const GAITS: [(f64, &str, &str); 2] = [
-    (1.0, "gaits/ant-1L.toml", include_str!("../gaits/ant-1L.toml")),
-    (0.6, "gaits/ant-0.6L.toml", include_str!("../gaits/ant-0.6L.toml")),
+    (1.0, "gaits/ant-1L/searched.toml", include_str!("../gaits/ant-1L/searched.toml")),
+    (0.6, "gaits/ant-0.6L/searched.toml", include_str!("../gaits/ant-0.6L/searched.toml")),
 ];
 
 /// The gait for the Ant with shins of `leg_scale` times 0.23 m, at amplitude

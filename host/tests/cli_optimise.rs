@@ -117,7 +117,7 @@ fn bad_flags_name_the_value_and_what_is_allowed() {
 #[test]
 fn beyond_the_amplitudes_that_a_searched_gait_declares_is_a_warning() {
     let desk = tempfile::tempdir().unwrap();
-    let gait = concat!(env!("CARGO_MANIFEST_DIR"), "/gaits/ant-1L.toml");
+    let gait = concat!(env!("CARGO_MANIFEST_DIR"), "/gaits/ant-1L/searched.toml");
     let said = |amplitude: &str| {
         let args = ["simulate", gait, "--amp", amplitude, "--duration", "1", "--starts", "1"];
         let output = host(desk.path(), &args).assert().success();

@@ -24,6 +24,8 @@ pub enum Method {
     Ours,
     /// The trajectory itself, searched for cost of transport.
     Searched,
+    /// A gait of the user's own.
+    Yours,
     /// The authors' own unsmoothed tables, played as their sketch did.
     AuthorsOriginal,
     /// The authors' own smoothed tables, played as their sketch did.
@@ -32,19 +34,21 @@ pub enum Method {
 
 impl Method {
     /// In the order of tables and legends.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Original,
         Self::Sinusoid,
         Self::Psto,
         Self::Ours,
         Self::Searched,
+        Self::Yours,
         Self::AuthorsOriginal,
         Self::AuthorsPsto,
     ];
     /// Those that the paper compares.
     pub const PAPERS: [Self; 3] = [Self::Original, Self::Sinusoid, Self::Psto];
     /// Those that a robot plays from a gait file.
-    pub const OWN: [Self; 5] = [Self::Original, Self::Sinusoid, Self::Psto, Self::Ours, Self::Searched];
+    pub const GAITS: [Self; 6] =
+        [Self::Original, Self::Sinusoid, Self::Psto, Self::Ours, Self::Searched, Self::Yours];
 
     /// In files and JSON.
     #[must_use]
@@ -55,6 +59,7 @@ impl Method {
             Self::Psto => "psto",
             Self::Ours => "ours",
             Self::Searched => "searched",
+            Self::Yours => "yours",
             Self::AuthorsOriginal => "authors-original",
             Self::AuthorsPsto => "authors-psto",
         }
@@ -69,6 +74,7 @@ impl Method {
             Self::Psto => "PSTO",
             Self::Ours => "power-trained",
             Self::Searched => "searched",
+            Self::Yours => "your gait",
             Self::AuthorsOriginal => "authors' original",
             Self::AuthorsPsto => "authors' PSTO",
         }
@@ -97,6 +103,7 @@ impl Method {
             Self::Searched => {
                 "No network: the curves themselves were searched in the twin for the least cost of transport."
             }
+            Self::Yours => "The gait that was named on the command line.",
             Self::AuthorsOriginal => {
                 "The tables that the authors' robot played, unsmoothed, replayed in the twin."
             }

@@ -5,8 +5,14 @@
 //! trial is walked - in the twin, on the virtual robot, on a real one - makes no
 //! difference to the rest.
 
+pub mod at_speed;
+pub mod claims;
+pub mod ledger;
+pub mod materials;
 pub mod method;
 pub mod paper;
+pub mod plan;
 pub mod study;
 pub mod summary;
 pub mod trial;
+pub mod twin_trials;

@@ -7,10 +7,10 @@ use super::summary::{Best, Condition};
 use super::trial::Trial;
 use crate::curves::RunCurves;
 use crate::stride::Sample;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Where trials were walked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Venue {
     /// The direct simulation.
@@ -41,6 +41,8 @@ pub struct GaitNote {
     pub command: String,
     /// Its seed.
     pub seed: Option<u64>,
+    /// Simulated time that its making took.
+    pub simulated_s: Option<f64>,
     /// Duration of a stride.
     pub period_s: f64,
     /// SHA-256 of the table that is played.

@@ -1,0 +1,217 @@
+//! What a study's folder remembers, so that it can go on in the middle.
+//!
+//! Owns `plan.json` (what decides every trial), `trials.csv` (every trial so
+//! far) and their agreement. Refuses to go on with another plan: trials of two
+//! plans make no study.
+
+use super::plan::Plan;
+use super::study::Venue;
+use super::trial::{Place, Trial, mark_reversed};
+use crate::run_folder::{self, FileError};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What decides every trial.
+pub const PLAN: &str = "plan.json";
+
+/// Why a study's folder cannot be used.
+#[derive(Debug, Error)]
+pub enum LedgerError {
+    /// The disk's reason.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Something else's plan.
+    #[error("{path} is no plan of a study")]
+    Plan {
+        /// Which file.
+        path: PathBuf,
+        /// Where and why.
+        source: serde_json::Error,
+    },
+    /// A plan that differs.
+    #[error("{path} is the plan of another study: its {what} differ")]
+    Other {
+        /// Which file.
+        path: PathBuf,
+        /// In what.
+        what: &'static str,
+    },
+    /// A table that was edited.
+    #[error("{path} is no table of trials")]
+    Trials {
+        /// Which file.
+        path: PathBuf,
+        /// Where and why.
+        source: csv::Error,
+    },
+}
+
+/// What decides a study: its plan, where it is walked, and by which gaits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Methods, amplifications, trials.
+    pub plan: Plan,
+    /// Where.
+    pub venue: Venue,
+    /// Whether every trial has a robot of its own.
+    pub robots_differ: bool,
+    /// Method, legs and SHA-256 of each gait.
+    pub gaits: Vec<(String, f64, String)>,
+    /// SHA-256 of the authors' tables, where they take part.
+    pub reference: Option<String>,
+}
+
+/// The trials of a study, on disk after every change.
+#[derive(Debug)]
+pub struct Ledger {
+    path: PathBuf,
+    trials: Vec<Trial>,
+}
+
+impl Ledger {
+    /// Opens a folder for a study, new or begun.
+    ///
+    /// # Errors
+    /// [`LedgerError`] if it holds another study, or a file of it is damaged.
+    pub fn open(folder: &Path, identity: &Identity) -> Result<Self, LedgerError> {
+        let plan = folder.join(PLAN);
+        match std::fs::read(&plan) {
+            Ok(bytes) => {
+                let found: Identity = serde_json::from_slice(&bytes)
+                    .map_err(|source| LedgerError::Plan { path: plan.clone(), source })?;
+                if let Some(what) = difference(&found, identity) {
+                    return Err(LedgerError::Other { path: plan, what });
+                }
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                let text = serde_json::to_string_pretty(identity)
+                    .map_err(|source| LedgerError::Plan { path: plan.clone(), source })?;
+                run_folder::write(&plan, format!("{text}\n").as_bytes())?;
+            }
+            Err(error) => return Err(FileError::on("read", &plan)(error).into()),
+        }
+        let path = folder.join(run_folder::TRIALS);
+        let trials = if path.exists() { read(&path)? } else { Vec::new() };
+        Ok(Self { path, trials })
+    }
+
+    /// Numbers of a condition's trials that are still to be walked.
+    #[must_use]
+    pub fn missing(&self, place: Place, trials: u32) -> Vec<u32> {
+        let walked = |number: &u32| self.trials.iter().any(|t| t.place() == place && t.trial == *number);
+        (0..trials).filter(|number| !walked(number)).collect()
+    }
+
+    /// Notes trials.
+    ///
+    /// # Errors
+    /// [`LedgerError`], the table being as it was.
+    pub fn add(&mut self, trials: Vec<Trial>) -> Result<(), LedgerError> {
+        self.trials.extend(trials);
+        self.save()
+    }
+
+    fn save(&self) -> Result<(), LedgerError> {
+        let on_csv = |source| LedgerError::Trials { path: self.path.clone(), source };
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for trial in &self.trials {
+            writer.serialize(trial).map_err(on_csv)?;
+        }
+        // Into memory: nothing to fail.
+        let bytes = writer.into_inner().unwrap_or_default();
+        Ok(run_folder::write(&self.path, &bytes)?)
+    }
+
+    /// All trials, those against their direction marked, in the table as well.
+    ///
+    /// # Errors
+    /// [`LedgerError`] if the marks cannot be written.
+    pub fn close(mut self) -> Result<Vec<Trial>, LedgerError> {
+        mark_reversed(&mut self.trials);
+        if !self.trials.is_empty() {
+            self.save()?;
+        }
+        Ok(self.trials)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<Trial>, LedgerError> {
+    let on_csv = |source| LedgerError::Trials { path: path.to_owned(), source };
+    let mut reader = csv::Reader::from_path(path).map_err(on_csv)?;
+    reader.deserialize().collect::<Result<_, _>>().map_err(on_csv)
+}
+
+fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
+    let differs = [
+        ("places of walking", found.venue != asked.venue),
+        ("methods", found.plan.methods != asked.plan.methods),
+        ("amplifications", found.plan.amplifications != asked.plan.amplifications),
+        ("numbers of trials", found.plan.trials != asked.plan.trials),
+        ("lengths of trials", found.plan.duration_s != asked.plan.duration_s),
+        ("seeds", found.plan.seed != asked.plan.seed),
+        ("perturbations", found.robots_differ != asked.robots_differ),
+        ("gaits", found.gaits != asked.gaits),
+        ("reference tables", found.reference != asked.reference),
+    ];
+    differs.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::method::Method;
+    use crate::experiment::trial::{Mark, Raw};
+
+    const PLACE: Place = Place { method: Method::Psto, leg: 0.6, amplification: 1.4 };
+
+    fn identity() -> Identity {
+        let gaits = vec![("psto".to_owned(), 0.6, "abc".to_owned())];
+        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, robots_differ: false, gaits, reference: None }
+    }
+
+    fn trial(number: u32, dx_m: f64) -> Trial {
+        let raw = Raw {
+            duration_s: 12.0,
+            energy_j: 9.1,
+            displacement_m: Some([dx_m, 0.1]),
+            mass_kg: 0.85,
+            ..Raw::default()
+        };
+        Trial::of(PLACE, number, &raw, "abc")
+    }
+
+    #[test]
+    fn a_study_goes_on_where_it_was_left_with_the_same_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
+        ledger.add(vec![trial(0, 1.0 / 3.0), trial(2, 1.5)]).unwrap();
+
+        let mut again = Ledger::open(folder.path(), &identity()).unwrap();
+
+        assert_eq!(again.missing(PLACE, 3), [1]);
+        assert_eq!(again.missing(Place { leg: 1.0, ..PLACE }, 3), [0, 1, 2]);
+        assert_eq!(again.trials, vec![trial(0, 1.0 / 3.0), trial(2, 1.5)]);
+        again.add(vec![trial(1, -0.5)]).unwrap();
+        let trials = again.close().unwrap();
+        assert_eq!(trials[2].mark, Some(Mark::Reversed));
+        assert_eq!(read(&folder.path().join(run_folder::TRIALS)).unwrap(), trials);
+    }
+
+    #[test]
+    fn another_plan_is_refused_by_what_differs() {
+        let folder = tempfile::tempdir().unwrap();
+        Ledger::open(folder.path(), &identity()).unwrap();
+        let refusal = |identity: &Identity| match Ledger::open(folder.path(), identity) {
+            Err(LedgerError::Other { what, .. }) => what,
+            other => panic!("{other:?}"),
+        };
+
+        assert_eq!(refusal(&Identity { plan: Plan::paper(4, 0), ..identity() }), "numbers of trials");
+        assert_eq!(refusal(&Identity { plan: Plan::paper(3, 1), ..identity() }), "seeds");
+        assert_eq!(refusal(&Identity { venue: Venue::Robot, ..identity() }), "places of walking");
+        assert_eq!(refusal(&Identity { gaits: Vec::new(), ..identity() }), "gaits");
+        std::fs::write(folder.path().join(PLAN), "{").unwrap();
+        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::Plan { .. })));
+    }
+}

@@ -1,0 +1,135 @@
+//! Trials in the twin: the direct simulation, without firmware.
+//!
+//! Owns the perturbations: start number `n` of a seed is the same for every
+//! method and amplification, so that no method is luckier than another. The
+//! gait is computed from the robot's own bytes, held at its limits and rounded
+//! to pulses, as the firmware does.
+
+use super::materials::Materials;
+use super::method::Method;
+use super::plan::Plan;
+use super::summary::Planned;
+use super::trial::{Place, Raw, Trial};
+use crate::robot::Robot;
+use crate::sim::Perturbation;
+use crate::sim::open_loop::{self, FRAME_RATE_HZ, Playback, Starts, Walk};
+use crate::twin::{Gait, Tables, TwinError};
+use protocol::Amplitude;
+use rayon::prelude::*;
+use std::path::Path;
+
+/// The authors' tables, as `--reference-tables` names them.
+#[derive(Debug, Clone)]
+pub struct Authors {
+    tables: Tables,
+    robot: Robot,
+    /// For how long their sketch held a row.
+    sample_s: f64,
+}
+
+impl Authors {
+    /// Reads the tables for the robot with the paper's long legs.
+    ///
+    /// # Errors
+    /// [`TwinError`] naming file, line and column.
+    pub fn read(path: &Path, robot: &Robot, sample_s: f64) -> Result<Self, TwinError> {
+        Ok(Self { tables: Tables::read(path)?, robot: robot.clone(), sample_s })
+    }
+
+    /// Their conditions; those without a table say so.
+    #[must_use]
+    pub fn conditions(&self, plan: &Plan) -> Vec<Planned> {
+        let planned = |(method, amplification): (Method, f64)| {
+            let table = table(method, amplification).map(|gait| self.tables.angles_rad(&gait, &self.robot));
+            Planned {
+                place: Place { method, leg: self.robot.geometry.leg_scale, amplification },
+                setpoint_speed_max_rad_s: None,
+                not_run: table.and_then(Result::err).map(|_| "the authors have no such table".to_owned()),
+            }
+        };
+        let methods = [Method::AuthorsOriginal, Method::AuthorsPsto].into_iter();
+        methods
+            .flat_map(|method| plan.amplifications.iter().map(move |&a| (method, a)))
+            .map(planned)
+            .collect()
+    }
+
+    /// A frame's setpoints: each row is held for the sample time.
+    fn setpoints(&self, place: Place) -> Option<impl Fn(f64) -> [f64; 8] + Sync + use<>> {
+        let angles_rad =
+            self.tables.angles_rad(&table(place.method, place.amplification)?, &self.robot).ok()?;
+        let sample_s = self.sample_s;
+        Some(move |time_s: f64| {
+            // Half a frame's hundredth: a time on the border belongs to the new row.
+            let row = ((time_s + 0.01 / FRAME_RATE_HZ) / sample_s) as usize % angles_rad.len().max(1);
+            angles_rad.get(row).copied().unwrap_or_default()
+        })
+    }
+}
+
+/// The authors' name of a table.
+fn table(method: Method, amplification: f64) -> Option<Gait> {
+    let name = match method {
+        Method::AuthorsOriginal => Method::Original.name(),
+        Method::AuthorsPsto => Method::Psto.name(),
+        _ => return None,
+    };
+    Some(Gait::new(name, amplification))
+}
+
+/// Walks some trials of a condition, on all cores, in the order of their numbers.
+#[must_use]
+pub fn walk(
+    plan: &Plan,
+    legs: &[Materials],
+    authors: Option<&Authors>,
+    place: Place,
+    numbers: &[u32],
+) -> Vec<Trial> {
+    if let Some((authors, setpoints)) = authors.and_then(|a| Some((a, a.setpoints(place)?))) {
+        return each(plan, &authors.robot, place, numbers, "", setpoints);
+    }
+    let same_legs = |materials: &&Materials| materials.robot.geometry.leg_scale == place.leg;
+    let Some(materials) = legs.iter().find(same_legs) else { return Vec::new() };
+    let material = materials.gaits.iter().find(|material| material.note.method == place.method);
+    let (Some(material), Some(amplitude)) = (material, Amplitude::from_f64(place.amplification)) else {
+        return Vec::new();
+    };
+    let playback = Playback::new(&material.playable, amplitude, &materials.robot);
+    let setpoints = |time_s: f64| playback.setpoints_rad(time_s);
+    each(plan, &materials.robot, place, numbers, &material.note.gait_sha256, setpoints)
+}
+
+fn each(
+    plan: &Plan,
+    robot: &Robot,
+    place: Place,
+    numbers: &[u32],
+    gait_sha256: &str,
+    setpoints: impl Fn(f64) -> [f64; 8] + Sync,
+) -> Vec<Trial> {
+    let starts = Starts { perturbation: Perturbation::default(), seed: plan.seed, count: plan.trials };
+    let one = |&number: &u32| {
+        let trial = open_loop::Trial {
+            duration_s: plan.duration_s,
+            start: starts.start(number),
+            ..open_loop::Trial::default()
+        };
+        let walk = open_loop::play_sound(robot, &trial, &setpoints);
+        Trial::of(place, number, &raw(walk.as_ref(), plan, robot), gait_sha256)
+    };
+    numbers.par_iter().map(one).collect()
+}
+
+/// What of a walk a trial is judged by; a simulation that ran away has nothing to say.
+fn raw(walk: Option<&Walk>, plan: &Plan, robot: &Robot) -> Raw {
+    let unknown = Raw { duration_s: plan.duration_s, mass_kg: robot.mass_kg(), ..Raw::default() };
+    let Some(walk) = walk else { return Raw { diverged: true, ..unknown } };
+    Raw {
+        energy_j: walk.energy_j,
+        displacement_m: Some(walk.displacement_m),
+        turned_deg: Some(walk.turned_rad.to_degrees()),
+        fell: walk.fell,
+        ..unknown
+    }
+}
