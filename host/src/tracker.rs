@@ -29,6 +29,7 @@ struct Point {
     time_s: f64,
     x_m: f64,
     y_m: f64,
+    tilt_rad: Option<f64>,
     true_energy_j: Option<f64>,
 }
 
@@ -40,10 +41,14 @@ pub struct Track {
 }
 
 /// From the first gait frame to the end of the last.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Walked {
     /// Net horizontal displacement.
     pub distance_m: f64,
+    /// The same along x and y, where somebody watched.
+    pub displacement_m: Option<[f64; 2]>,
+    /// Farthest that a virtual robot leaned meanwhile.
+    pub max_tilt_rad: Option<f64>,
     /// What a virtual robot's battery really gave meanwhile.
     pub true_energy_j: Option<f64>,
 }
@@ -144,6 +149,7 @@ struct JsonPoint {
     unix_time_s: f64,
     x_m: f64,
     y_m: f64,
+    tilt_rad: Option<f64>,
     true_energy_j: Option<f64>,
 }
 
@@ -204,8 +210,12 @@ impl Track {
         let start = self.at(start_s)?;
         let end = self.at(end_s)?;
         let energies = start.true_energy_j.zip(end.true_energy_j);
+        let meanwhile = self.points.iter().filter(|point| (start_s..=end_s).contains(&point.time_s));
+        let displacement_m = [end.x_m - start.x_m, end.y_m - start.y_m];
         Ok(Walked {
-            distance_m: f64::hypot(end.x_m - start.x_m, end.y_m - start.y_m),
+            distance_m: displacement_m[0].hypot(displacement_m[1]),
+            displacement_m: Some(displacement_m),
+            max_tilt_rad: meanwhile.filter_map(|point| point.tilt_rad).max_by(f64::total_cmp),
             true_energy_j: energies.map(|(start, end)| end - start),
         })
     }
@@ -228,6 +238,7 @@ impl Track {
             time_s,
             x_m: between(a.x_m, b.x_m),
             y_m: between(a.y_m, b.y_m),
+            tilt_rad: a.tilt_rad.zip(b.tilt_rad).map(|(a, b)| between(a, b)),
             true_energy_j: a.true_energy_j.zip(b.true_energy_j).map(|(a, b)| between(a, b)),
         })
     }
@@ -239,8 +250,8 @@ fn read_json(path: &Path, text: &str) -> Result<Vec<(usize, Point)>, TrackerErro
     for (i, line) in text.lines().enumerate() {
         let is_last = i + 1 == count && !text.ends_with('\n');
         match serde_json::from_str::<JsonPoint>(line) {
-            Ok(JsonPoint { unix_time_s: time_s, x_m, y_m, true_energy_j }) => {
-                points.push((i + 1, Point { time_s, x_m, y_m, true_energy_j }));
+            Ok(JsonPoint { unix_time_s: time_s, x_m, y_m, tilt_rad, true_energy_j }) => {
+                points.push((i + 1, Point { time_s, x_m, y_m, tilt_rad, true_energy_j }));
             }
             // A robot that still runs may be in the middle of its last line.
             Err(_) if is_last || line.trim().is_empty() => {}
@@ -272,7 +283,7 @@ fn read_csv(path: &Path, text: &str) -> Result<Vec<(usize, Point)>, TrackerError
         let [Some(time_s), Some(x_m), Some(y_m)] = places.map(number) else {
             return Err(bad_row(path, i + 1, line, "finite time_s, x_m and y_m, nor empty"));
         };
-        points.push((i + 1, Point { time_s, x_m, y_m, true_energy_j: None }));
+        points.push((i + 1, Point { time_s, x_m, y_m, tilt_rad: None, true_energy_j: None }));
     }
     Ok(points)
 }

@@ -4,19 +4,17 @@
 //! Owns the order of the steps and `summary.json`; every number in it comes
 //! from a step's own `--json`.
 
-mod virtual_robot;
-
 use super::measure::DURATION_RANGE_S;
+use super::steps::{StepError, Steps, rounded};
+use super::virtual_robot::VirtualRobot;
 use super::{Cause, Failure};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use protocol::Amplitude;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::Instant;
 use thiserror::Error;
-use virtual_robot::VirtualRobot;
 
 /// Folder of the second trial, in the run's.
 const SEARCHED: &str = "searched";
@@ -52,18 +50,10 @@ pub struct Args {
 enum DemoError {
     #[error("--{flag} is {value}; it must be within {min} to {max}")]
     Flag { flag: &'static str, value: f64, min: f64, max: f64 },
-    #[error("step `{step}` failed with exit code {code}")]
-    Step { step: &'static str, code: String, cause: Cause },
-    #[error("there is no virtual robot at {program}")]
-    NoVirtualRobot { program: PathBuf },
-    #[error("cannot start {program}: {source}")]
-    Start { program: PathBuf, source: std::io::Error },
+    #[error(transparent)]
+    Step(#[from] StepError),
     #[error("step `{step}` reported no `{field}`")]
     Field { step: &'static str, field: &'static str },
-    #[error("step `{step}` printed no JSON: {source}")]
-    Json { step: &'static str, source: serde_json::Error },
-    #[error("the virtual robot ended before it offered a port")]
-    NoPort,
     #[error("the gait that was searched cannot be read or written")]
     Gait { source: crate::gait_file::GaitFileError },
     #[error(transparent)]
@@ -74,59 +64,21 @@ enum DemoError {
 
 impl DemoError {
     fn into_failure(self) -> Failure {
-        let (cause, help) = match &self {
+        let this = match self {
+            Self::Step(error) => return error.into_failure(),
+            this => this,
+        };
+        let (cause, help) = match &this {
             Self::Flag { .. } => (Cause::Usage, "nothing was trained yet"),
-            Self::Step { cause, .. } => (*cause, "the step's own message stands above"),
-            Self::NoVirtualRobot { .. } | Self::Start { .. } => {
-                (Cause::Machine, "build it: cargo build -p sim-tests --bin virtual-robot")
-            }
-            Self::NoPort => {
-                (Cause::Link, "its own message stands above; build its firmware with `make firmware`")
-            }
-            Self::Field { .. } | Self::Json { .. } => {
+            Self::Field { .. } => {
                 (Cause::Machine, "host and its steps are of different versions: rebuild both")
             }
-            Self::File(_) | Self::Gait { .. } | Self::Robot(_) => {
+            Self::File(_) | Self::Gait { .. } | Self::Robot(_) | Self::Step(_) => {
                 (Cause::Machine, "is the disk full, or the folder read-only?")
             }
         };
-        Failure::new(cause, miette::miette!(help = help, "{self}"))
+        Failure::new(cause, miette::miette!(help = help, "{this}"))
     }
-}
-
-/// Runs the steps, timing each.
-struct Steps {
-    host: PathBuf,
-    wall_s: Map<String, Value>,
-}
-
-impl Steps {
-    /// Runs `host STEP ARGS --json`; its progress goes to the terminal.
-    fn run(&mut self, step: &'static str, args: &[&str]) -> Result<Value, DemoError> {
-        eprintln!("\n$ host {step} {}", args.join(" "));
-        let start = Instant::now();
-        let output = Command::new(&self.host)
-            .arg(step)
-            .args(args)
-            .arg("--json")
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|source| DemoError::Start { program: self.host.clone(), source })?;
-        if !output.status.success() {
-            let cause = Cause::of_code(output.status.code());
-            let code = output.status.code().map_or("none (killed)".to_owned(), |code| code.to_string());
-            return Err(DemoError::Step { step, code, cause });
-        }
-        // A step that is done twice counts once, with both.
-        let name = step.replace('-', "_");
-        let before = self.wall_s.get(&name).and_then(Value::as_f64).unwrap_or(0.0);
-        self.wall_s.insert(name, rounded(before + start.elapsed().as_secs_f64()));
-        serde_json::from_slice(&output.stdout).map_err(|source| DemoError::Json { step, source })
-    }
-}
-
-fn rounded(seconds: f64) -> Value {
-    json!((seconds * 10.0).round() / 10.0)
 }
 
 /// Refuses now what a later step would refuse after minutes of training.
@@ -142,7 +94,7 @@ fn check(args: &Args, virtual_robot: &Path) -> Result<(), DemoError> {
         }
     }
     if !virtual_robot.is_file() {
-        return Err(DemoError::NoVirtualRobot { program: virtual_robot.to_owned() });
+        return Err(StepError::NoVirtualRobot { program: virtual_robot.to_owned() }.into());
     }
     Ok(())
 }
@@ -191,11 +143,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
 fn demo(args: &Args) -> Result<(), DemoError> {
     let start = Instant::now();
-    let host = std::env::current_exe()
-        .map_err(|source| DemoError::Start { program: PathBuf::from("host"), source })?;
-    let virtual_robot = args.virtual_robot.clone().unwrap_or_else(|| host.with_file_name("virtual-robot"));
+    let mut steps = Steps::new()?;
+    let virtual_robot = args.virtual_robot.clone().unwrap_or_else(|| steps.beside("virtual-robot"));
     check(args, &virtual_robot)?;
-    let mut steps = Steps { host, wall_s: Map::new() };
     let run = run_folder::create(&format!("demo-seed{}", args.seed))?;
     let run_name = run.display().to_string();
     let seed = args.seed.to_string();

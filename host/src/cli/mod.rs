@@ -11,6 +11,8 @@ mod calibrate;
 mod curves;
 #[cfg(feature = "train")]
 mod demo;
+#[cfg(feature = "train")]
+mod experiment;
 mod explain;
 mod fit;
 mod gaits;
@@ -26,11 +28,15 @@ mod robots;
 mod set;
 mod simulate;
 mod status;
+#[cfg(feature = "train")]
+mod steps;
 mod stop;
 #[cfg(feature = "train")]
 mod train;
 mod twin;
 mod upload_gait;
+#[cfg(feature = "train")]
+mod virtual_robot;
 mod walk;
 
 use clap::{Parser, Subcommand};
@@ -86,6 +92,8 @@ enum Command {
     /// All of it, against the virtual robot
     #[cfg(feature = "train")]
     Demo(demo::Args),
+    #[cfg(feature = "train")]
+    Experiment(experiment::Args),
 }
 
 /// What the exit code tells a script; `EXIT_CODES` is the text of it.
@@ -168,6 +176,8 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Bench(args) => bench::run(args),
         #[cfg(feature = "train")]
         Command::Demo(args) => demo::run(args),
+        #[cfg(feature = "train")]
+        Command::Experiment(args) => experiment::run(args),
     };
     match outcome.and_then(|()| output::finish()) {
         Ok(()) => ExitCode::SUCCESS,

@@ -54,8 +54,6 @@ pub struct Identity {
     pub plan: Plan,
     /// Where.
     pub venue: Venue,
-    /// Whether every trial has a robot of its own.
-    pub robots_differ: bool,
     /// Method, legs and SHA-256 of each gait.
     pub gaits: Vec<(String, f64, String)>,
     /// SHA-256 of the authors' tables, where they take part.
@@ -150,7 +148,7 @@ fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
         ("numbers of trials", found.plan.trials != asked.plan.trials),
         ("lengths of trials", found.plan.duration_s != asked.plan.duration_s),
         ("seeds", found.plan.seed != asked.plan.seed),
-        ("perturbations", found.robots_differ != asked.robots_differ),
+        ("perturbations", found.plan.robots_differ != asked.plan.robots_differ),
         ("gaits", found.gaits != asked.gaits),
         ("reference tables", found.reference != asked.reference),
     ];
@@ -167,7 +165,7 @@ mod tests {
 
     fn identity() -> Identity {
         let gaits = vec![("psto".to_owned(), 0.6, "abc".to_owned())];
-        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, robots_differ: false, gaits, reference: None }
+        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, gaits, reference: None }
     }
 
     fn trial(number: u32, dx_m: f64) -> Trial {

@@ -117,6 +117,9 @@ pub struct Made {
     /// Simulated time that its making took.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_s: Option<f64>,
+    /// Wall-clock time that its making took.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_s: Option<f64>,
     /// In their order.
     pub commands: Vec<String>,
 }
@@ -209,7 +212,7 @@ pub fn read(folder: &Path, robot: &Robot, methods: &[Method]) -> Result<Material
             simulated_s: made.simulated_s,
             period_s: playable.period_s(),
             gait_sha256: gait_sha256(&bytes),
-            prepare_wall_s: None,
+            prepare_wall_s: made.wall_s,
         };
         gaits.push(Material { playable, note });
     }

@@ -25,6 +25,8 @@ pub struct Plan {
     pub duration_s: f64,
     /// Of the trials' perturbations.
     pub seed: u64,
+    /// Whether every trial in the twin has a robot of its own, within what the fit and tolerances leave open.
+    pub robots_differ: bool,
 }
 
 impl Plan {
@@ -37,6 +39,7 @@ impl Plan {
             trials,
             duration_s: paper::TRIAL_S,
             seed,
+            robots_differ: false,
         }
     }
 

@@ -1,7 +1,8 @@
 //! Trials in the twin: the direct simulation, without firmware.
 //!
 //! Owns the perturbations: start number `n` of a seed is the same for every
-//! method and amplification, so that no method is luckier than another. The
+//! method and amplification, so that no method is luckier than another; so is
+//! robot number `n`, where each trial has a robot of its own. The
 //! gait is computed from the robot's own bytes, held at its limits and rounded
 //! to pulses, as the firmware does.
 
@@ -10,6 +11,7 @@ use super::method::Method;
 use super::plan::Plan;
 use super::summary::Planned;
 use super::trial::{Place, Raw, Trial};
+use crate::optimise::tolerances::{Draw, Tolerances};
 use crate::robot::Robot;
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{self, FRAME_RATE_HZ, Playback, Starts, Walk};
@@ -17,6 +19,13 @@ use crate::twin::{Gait, Tables, TwinError};
 use protocol::Amplitude;
 use rayon::prelude::*;
 use std::path::Path;
+
+/// How trials of one condition differ.
+///
+/// # Source
+/// Ours: how a hand puts a robot down, to about what the authors' trials differ by.
+pub const PERTURBATION: Perturbation =
+    Perturbation { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.1 };
 
 /// The authors' tables, as `--reference-tables` names them.
 #[derive(Debug, Clone)]
@@ -108,15 +117,21 @@ fn each(
     gait_sha256: &str,
     setpoints: impl Fn(f64) -> [f64; 8] + Sync,
 ) -> Vec<Trial> {
-    let starts = Starts { perturbation: Perturbation::default(), seed: plan.seed, count: plan.trials };
+    let starts = Starts { perturbation: PERTURBATION, seed: plan.seed, count: plan.trials };
     let one = |&number: &u32| {
-        let trial = open_loop::Trial {
-            duration_s: plan.duration_s,
-            start: starts.start(number),
-            ..open_loop::Trial::default()
+        let draw = if plan.robots_differ {
+            Tolerances::default().draw(robot, plan.seed, number.into())
+        } else {
+            Draw { start: starts.start(number), ..Draw::nominal(robot) }
         };
-        let walk = open_loop::play_sound(robot, &trial, &setpoints);
-        Trial::of(place, number, &raw(walk.as_ref(), plan, robot), gait_sha256)
+        let duration_s = plan.duration_s;
+        let trial = open_loop::Trial { duration_s, start: draw.start, ..open_loop::Trial::default() };
+        let walk = open_loop::play_sound(&draw.robot, &trial, |time_s| {
+            let mut angles_rad = setpoints(time_s);
+            angles_rad.iter_mut().zip(draw.neutral_rad).for_each(|(angle, neutral)| *angle += neutral);
+            angles_rad
+        });
+        Trial::of(place, number, &raw(walk.as_ref(), plan, &draw.robot), gait_sha256)
     };
     numbers.par_iter().map(one).collect()
 }

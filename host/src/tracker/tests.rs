@@ -32,6 +32,7 @@ fn the_displacement_is_interpolated_at_both_ends_of_the_trial() {
 
     assert!((walked.distance_m - 5.0_f64.sqrt()).abs() < 1e-6, "{walked:?}");
     assert!((walked.true_energy_j.unwrap() - 8.0).abs() < 1e-6);
+    assert_eq!(walked.max_tilt_rad, None);
 }
 
 #[test]

@@ -57,8 +57,8 @@ impl Source {
     /// The distance walked during `interval`.
     pub fn walked(&self, interval: Option<Interval>) -> Result<Walked, Failure> {
         match self {
-            Self::Flag(distance_m) => Ok(Walked { distance_m: *distance_m, true_energy_j: None }),
-            Self::Prompt => ask().map(|distance_m| Walked { distance_m, true_energy_j: None }),
+            Self::Flag(distance_m) => Ok(Walked { distance_m: *distance_m, ..Walked::default() }),
+            Self::Prompt => ask().map(|distance_m| Walked { distance_m, ..Walked::default() }),
             Self::Tracker(path) => {
                 let interval = interval.ok_or_else(|| {
                     failure_with_help(

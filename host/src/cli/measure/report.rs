@@ -6,6 +6,7 @@ use crate::cli::Cause;
 use crate::cli::explain::path_text;
 use crate::energy::cost_of_transport;
 use crate::run_folder;
+use crate::tracker::Walked;
 use crate::trial::Trial;
 use crate::trial::clock::Interval;
 use crate::trial::table::Row;
@@ -21,7 +22,7 @@ pub struct Outcome<'a> {
     /// Goes into the table.
     pub row: Row,
     gait: &'a Gait,
-    true_energy_j: Option<f64>,
+    walked: Walked,
     frame_rate_hz: Option<f64>,
 }
 
@@ -44,7 +45,7 @@ impl<'a> Outcome<'a> {
             lost_telemetry_frames: trial.lost_frames(),
             ..Row::default()
         };
-        Self { row, gait, true_energy_j: None, frame_rate_hz: None }
+        Self { row, gait, walked: Walked::default(), frame_rate_hz: None }
     }
 
     /// Adds the distance and what follows from it; an error is noted as the reason.
@@ -56,7 +57,7 @@ impl<'a> Outcome<'a> {
         })?;
         self.row.distance_m = Some(walked.distance_m);
         self.row.speed_m_s = Some(walked.distance_m / self.row.duration_s);
-        self.true_energy_j = walked.true_energy_j;
+        self.walked = walked;
         let cost =
             cost_of_transport(self.row.energy_j, self.row.mass_kg, walked.distance_m).map_err(|e| {
                 self.row.reason = Some(e.to_string());
@@ -115,7 +116,7 @@ impl<'a> Outcome<'a> {
             row.gait_name, row.gait_crc32, row.amplitude, row.frames, row.duration_s
         );
         println!("energy             {:8.3} J", row.energy_j);
-        if let Some(true_energy_j) = self.true_energy_j {
+        if let Some(true_energy_j) = self.walked.true_energy_j {
             println!("  by the battery   {true_energy_j:8.3} J");
         }
         let figures = [
@@ -160,7 +161,9 @@ impl<'a> Outcome<'a> {
             "frames_played": row.frames,
             "duration_s": row.duration_s,
             "energy_j": row.energy_j,
-            "true_energy_j": self.true_energy_j,
+            "true_energy_j": self.walked.true_energy_j,
+            "displacement_m": self.walked.displacement_m,
+            "max_tilt_rad": self.walked.max_tilt_rad,
             "mean_power_w": row.mean_power_w,
             "distance_m": row.distance_m,
             "distance_source": row.distance_source,

@@ -1,6 +1,6 @@
 //! The virtual robot's program, for as long as a trial takes.
 
-use super::DemoError;
+use super::steps::StepError;
 use crate::run_folder;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -13,7 +13,11 @@ pub struct VirtualRobot {
 }
 
 impl VirtualRobot {
-    pub fn start(program: &Path, run: &Path, seed: u64) -> Result<Self, DemoError> {
+    /// Starts it with the robot of a folder, which also gets the truth of its walk.
+    pub fn start(program: &Path, run: &Path, seed: u64) -> Result<Self, StepError> {
+        if !program.is_file() {
+            return Err(StepError::NoVirtualRobot { program: program.to_owned() });
+        }
         let mut child = Command::new(program)
             .args(["--seed", &seed.to_string(), "--robot"])
             .arg(run.join(run_folder::ROBOT))
@@ -22,7 +26,7 @@ impl VirtualRobot {
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
-            .map_err(|source| DemoError::Start { program: program.to_owned(), source })?;
+            .map_err(|source| StepError::Start { program: program.to_owned(), source })?;
         let mut port = String::new();
         let offered = child
             .stdout
@@ -30,7 +34,7 @@ impl VirtualRobot {
             .is_some_and(|out| BufReader::new(out).read_line(&mut port).is_ok_and(|bytes| bytes > 0));
         // From here on, dropping ends the process.
         let robot = Self { child, port: port.trim().to_owned() };
-        if offered { Ok(robot) } else { Err(DemoError::NoPort) }
+        if offered { Ok(robot) } else { Err(StepError::NoPort) }
     }
 }
 

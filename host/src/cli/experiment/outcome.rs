@@ -1,0 +1,196 @@
+//! What a study came to: files, words and JSON.
+
+use super::{Args, ExperimentError};
+use crate::cli::explain::path_text;
+use crate::experiment::claims;
+use crate::experiment::ledger::Identity;
+use crate::experiment::materials::Materials;
+use crate::experiment::method::OWN_STROKE;
+use crate::experiment::study::{LegStudy, Parameter, Study, Venue};
+use crate::experiment::summary::{self, Condition, Mean, Planned};
+use crate::experiment::trial::Trial;
+use crate::experiment::twin_trials::PERTURBATION;
+use crate::optimise::tolerances::Tolerances;
+use crate::run_folder;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Instant;
+
+/// What scripts read; `--json` prints the same.
+const RESULTS: &str = "results.json";
+/// What people look at.
+const REPORT: &str = "report.html";
+
+/// All that was made and walked.
+pub struct Parts {
+    pub identity: Identity,
+    pub legs: Vec<Materials>,
+    pub planned: Vec<Planned>,
+    pub trials: Vec<Trial>,
+    pub prepare_wall_s: f64,
+    pub began: Instant,
+}
+
+/// Writes everything, and says what won.
+pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), ExperimentError> {
+    let began = parts.began;
+    let mut study = study(args, parts);
+    study.wall_s = began.elapsed().as_secs_f64();
+    study.wall_s = began.elapsed().as_secs_f64();
+    let json = to_json(&study, folder);
+    run_folder::write(&folder.join(RESULTS), format!("{json:#}\n").as_bytes())?;
+    if args.json {
+        println!("{json:#}");
+    } else {
+        print(&study, folder);
+    }
+    Ok(())
+}
+
+fn study(args: &Args, parts: Parts) -> Study {
+    let Parts { identity, legs, planned, trials, prepare_wall_s, .. } = parts;
+    let parameters = parameters(&identity, &legs);
+    let of_leg = |materials: Materials| LegStudy {
+        leg: materials.robot.geometry.leg_scale,
+        gaits: materials.gaits.into_iter().map(|material| material.note).collect(),
+        learning: materials.learning,
+        stride: materials.stride,
+    };
+    let legs: Vec<LegStudy> = legs.into_iter().map(of_leg).collect();
+    let conditions = summary::conditions(&planned, &trials);
+    let best = summary::best(&conditions);
+    let claims = claims::judge(&conditions, &best, &legs);
+    let mut skipped = Vec::new();
+    if identity.venue == Venue::Twin && args.reference_tables.is_none() {
+        skipped.push("the authors' own tables: name them with --reference-tables".to_owned());
+    }
+    let venue = identity.venue;
+    Study { venue, legs, conditions, best, claims, trials, parameters, skipped, prepare_wall_s, wall_s: 0.0 }
+}
+
+/// Everything that was chosen.
+fn parameters(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
+    let plan = &identity.plan;
+    let mut parameters = Vec::new();
+    let mut add = |name: &str, value: String| parameters.push(Parameter { name: name.into(), value });
+    let list = |values: &[f64]| values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    add("amplifications", list(&plan.amplifications));
+    add("amplification at which each gait was found", OWN_STROKE.to_string());
+    add("trials of a condition", plan.trials.to_string());
+    add("length of a trial", format!("{} s, after a slow entry", plan.duration_s));
+    add("seed of starts", plan.seed.to_string());
+    for materials in legs {
+        let robot = &materials.robot;
+        add(
+            &format!("robot with legs of {} L", robot.geometry.leg_scale),
+            format!(
+                "{}, {:.3} kg, {:.2} rad/s without load",
+                robot.name,
+                robot.mass_kg(),
+                robot.servo.top_speed_rad_s()
+            ),
+        );
+    }
+    match identity.venue {
+        Venue::Twin if plan.robots_differ => {
+            let Tolerances { robot, stiffness_share, damping_share, neutral_deg } = Tolerances::default();
+            add(
+                "trials differ by robot",
+                format!(
+                    "{} standard deviations of the fit, friction {} %, mass {} %, supply {} %, latency up to {} ms, \
+                     stiffness {} %, damping {} %, neutrals {neutral_deg} degrees, and start",
+                    robot.twin_spread,
+                    100.0 * robot.friction_share,
+                    100.0 * robot.mass_share,
+                    100.0 * robot.supply_share,
+                    1000.0 * robot.latency_s,
+                    100.0 * stiffness_share,
+                    100.0 * damping_share
+                ),
+            );
+        }
+        Venue::Twin => add(
+            "trials differ by start",
+            format!(
+                "heading {} rad, joints {} rad, friction {} % either way, dropped from up to {} mm",
+                PERTURBATION.yaw_rad,
+                PERTURBATION.joint_rad,
+                100.0 * PERTURBATION.friction_share,
+                1000.0 * PERTURBATION.height_m
+            ),
+        ),
+        Venue::VirtualRobot => {
+            add("trials differ by", "the virtual robot's own seed: start, noise of its sensor".into())
+        }
+        Venue::Robot => {}
+    }
+    if let Some(sha256) = &identity.reference {
+        add("authors' tables, SHA-256", sha256.clone());
+    }
+    parameters
+}
+
+fn to_json(study: &Study, folder: &Path) -> Value {
+    let gaits: Vec<Value> = study
+        .legs
+        .iter()
+        .flat_map(|leg| leg.gaits.iter().map(|note| json!({ "leg": leg.leg, "gait": note })))
+        .collect();
+    json!({
+        "out": path_text(folder),
+        "report": path_text(&folder.join(REPORT)),
+        "on": study.venue,
+        "conditions": study.conditions,
+        "best": study.best,
+        "claims": study.claims,
+        "gaits": gaits,
+        "parameters": study.parameters,
+        "skipped": study.skipped,
+        "prepare_wall_s": study.prepare_wall_s,
+        "wall_s": study.wall_s,
+    })
+}
+
+fn print(study: &Study, folder: &Path) {
+    println!("                            best cost of transport    paper      highest speed, m/s    paper");
+    for best in &study.best {
+        let paper = |value: Option<f64>| value.map_or("     ".to_owned(), |value| format!("{value:.3}"));
+        println!(
+            "{:>4} L {:18} {}   {}   {}   {}",
+            best.leg,
+            best.method.label(),
+            shown(best.cost_of_transport, best.cost_amplification),
+            paper(best.paper_cost_of_transport),
+            shown(best.speed_m_s, best.speed_amplification),
+            paper(best.paper_speed_m_s),
+        );
+    }
+    println!("\u{b1}: half of the 95 % interval over trials; x: the amplification\n");
+    for claim in &study.claims {
+        let verdict = match claim.holds {
+            Some(true) => "holds     ",
+            Some(false) => "fails     ",
+            None => "not judged",
+        };
+        println!("{verdict}  {}\n            {}", claim.text, claim.evidence);
+    }
+    let unclean = |of: &dyn Fn(&Condition) -> bool| study.conditions.iter().filter(|c| of(c)).count();
+    let (not_run, marked) = (unclean(&|c| c.not_run.is_some()), unclean(&|c| !c.marks.is_empty()));
+    println!(
+        "\n{} trials; {not_run} of {} conditions not run, {marked} with trials that do not count: the report says why",
+        study.trials.len(),
+        study.conditions.len()
+    );
+    for skipped in &study.skipped {
+        println!("skipped: {skipped}");
+    }
+    println!("{}", folder.join(REPORT).display());
+}
+
+fn shown(mean: Option<Mean>, amplification: Option<f64>) -> String {
+    let (Some(Mean { mean, ci95 }), Some(amplification)) = (mean, amplification) else {
+        return format!("{:>23}", "not run");
+    };
+    let ci95 = ci95.map_or("      ".to_owned(), |ci95| format!("\u{b1}{ci95:.3}"));
+    format!("{mean:7.3} {ci95} at {amplification:.1}x ")
+}
