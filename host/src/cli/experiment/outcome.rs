@@ -36,7 +36,6 @@ pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), Experiment
     let began = parts.began;
     let mut study = study(args, parts);
     study.wall_s = began.elapsed().as_secs_f64();
-    study.wall_s = began.elapsed().as_secs_f64();
     let json = to_json(&study, folder);
     run_folder::write(&folder.join(RESULTS), format!("{json:#}\n").as_bytes())?;
     if args.json {
@@ -168,12 +167,17 @@ fn print(study: &Study, folder: &Path) {
     println!("\u{b1}: half of the 95 % interval over trials; x: the amplification\n");
     for claim in &study.claims {
         let verdict = match claim.holds {
-            Some(true) => "holds     ",
-            Some(false) => "fails     ",
-            None => "not judged",
+            Some(true) => "holds",
+            Some(false) => "fails",
+            None => continue,
         };
-        println!("{verdict}  {}\n            {}", claim.text, claim.evidence);
+        println!("{verdict}  {}\n       {}", claim.text, claim.evidence);
     }
+    let not_judged = study.claims.iter().filter(|claim| claim.holds.is_none()).count();
+    println!(
+        "{not_judged} of the paper's {} claims not judged: their conditions were not run",
+        study.claims.len()
+    );
     let unclean = |of: &dyn Fn(&Condition) -> bool| study.conditions.iter().filter(|c| of(c)).count();
     let (not_run, marked) = (unclean(&|c| c.not_run.is_some()), unclean(&|c| !c.marks.is_empty()));
     println!(

@@ -1,0 +1,116 @@
+//! Claims about costs at the same amplification: Figure 6.
+
+use super::{Held, LONG, MID, SHORT, listed, not_judged};
+use crate::experiment::method::Method;
+use crate::experiment::study::Claim;
+use crate::experiment::summary::Mean;
+
+impl Held<'_> {
+    pub(super) fn cheapest_at(&self, leg: f64, amplification: f64, printed: &str) -> Claim {
+        let text = format!(
+            "With legs of {leg} L and {amplification:.1}x, PSTO costs less than both others (by {printed})"
+        );
+        self.lowest(text, Method::PAPERS.map(|method| self.at(method, leg, amplification)))
+    }
+
+    pub(super) fn amplifications(&self, leg: f64) -> Vec<f64> {
+        let psto = self.conditions.iter().filter(|c| c.method == Method::Psto && c.leg == leg);
+        psto.map(|c| c.amplification).collect()
+    }
+
+    /// Amplifications at which a method costs less than both others, of those at which all were run.
+    pub(super) fn won(&self, method: Method, leg: f64, among: impl Fn(f64) -> bool) -> (Vec<f64>, Vec<f64>) {
+        let run: Vec<(f64, [Mean; 3])> = self
+            .amplifications(leg)
+            .into_iter()
+            .filter(|&a| among(a))
+            .filter_map(|a| {
+                let [original, sinusoid, psto] = Method::PAPERS.map(|method| self.at(method, leg, a));
+                Some((a, [original?, sinusoid?, psto?]))
+            })
+            .collect();
+        let place = Method::PAPERS.iter().position(|&paper| paper == method).unwrap_or(0);
+        let wins = |costs: &[Mean; 3]| {
+            costs.iter().enumerate().all(|(k, cost)| k == place || costs[place].mean < cost.mean)
+        };
+        let won = run.iter().filter(|(_, costs)| wins(costs)).map(|(a, _)| *a).collect();
+        (won, run.into_iter().map(|(a, _)| a).collect())
+    }
+
+    pub(super) fn won_all(
+        &self,
+        text: String,
+        method: Method,
+        leg: f64,
+        among: impl Fn(f64) -> bool,
+    ) -> Claim {
+        let (won, run) = self.won(method, leg, among);
+        if run.is_empty() {
+            return not_judged(text);
+        }
+        let evidence = format!(
+            "{} costs least at {} of the {} amplifications at which all three were run ({})",
+            method.label(),
+            won.len(),
+            run.len(),
+            listed(&run)
+        );
+        Claim { text, holds: Some(won.len() == run.len()), evidence }
+    }
+
+    pub(super) fn cheapest_everywhere(&self, leg: f64) -> Claim {
+        let text = format!(
+            "With legs of {leg} L, PSTO costs less than both others at every amplification (Figure 6)"
+        );
+        self.won_all(text, Method::Psto, leg, |_| true)
+    }
+
+    pub(super) fn sinusoid_cheapest_at_low_amplification(&self) -> Claim {
+        let text = "With short legs the sinusoid costs least at low amplifications (Figure 6)".to_owned();
+        self.won_all(text, Method::Sinusoid, SHORT, |a| a < MID - 1e-9)
+    }
+
+    pub(super) fn psto_cheapest_from_mid_amplification(&self) -> Claim {
+        let text = "With short legs PSTO costs least at mid to high amplifications (Figure 6)".to_owned();
+        self.won_all(text, Method::Psto, SHORT, |a| a > MID - 1e-9)
+    }
+
+    pub(super) fn saves_at_2_2(&self) -> Claim {
+        let text = "At 2.2x PSTO saves energy against the original and the sinusoid (up to 38 % and 26 %)"
+            .to_owned();
+        let claims = [LONG, SHORT].map(|leg| (leg, Method::PAPERS.map(|method| self.at(method, leg, 2.2))));
+        let judged: Vec<(f64, Claim)> =
+            claims.into_iter().map(|(leg, costs)| (leg, self.lowest(String::new(), costs))).collect();
+        let known: Vec<&(f64, Claim)> = judged.iter().filter(|(_, claim)| claim.holds.is_some()).collect();
+        if known.is_empty() {
+            return not_judged(text);
+        }
+        let words: Vec<String> =
+            known.iter().map(|(leg, claim)| format!("{leg} L: {}", claim.evidence)).collect();
+        let holds = known.iter().all(|(_, claim)| claim.holds == Some(true));
+        Claim { text, holds: Some(holds), evidence: words.join("; ") }
+    }
+
+    pub(super) fn original_leaves_its_range(&self) -> Claim {
+        let text =
+            "The original leaves the joints' range at high amplifications and cannot be run there".to_owned();
+        let own = || {
+            self.conditions
+                .iter()
+                .filter(|c| c.method == Method::Original && c.setpoint_speed_max_rad_s.is_some())
+        };
+        if own().next().is_none() {
+            return not_judged(text);
+        }
+        let out: Vec<String> = own()
+            .filter(|c| c.not_run.is_some())
+            .map(|c| format!("{:.1}x with {} L", c.amplification, c.leg))
+            .collect();
+        let evidence = if out.is_empty() {
+            "every amplification of the plan stays within the joints' range".to_owned()
+        } else {
+            format!("not run: {}", out.join(", "))
+        };
+        Claim { text, holds: Some(!out.is_empty()), evidence }
+    }
+}

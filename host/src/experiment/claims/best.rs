@@ -1,0 +1,108 @@
+//! Claims about the best of each method, and about learning: Figures 3 and 7, Table 2.
+
+use super::{Held, LONG, SHORT, against, not_judged, shown};
+use crate::experiment::method::Method;
+use crate::experiment::paper;
+use crate::experiment::study::Claim;
+use crate::experiment::summary::{Best, Mean, mean_of};
+
+impl Held<'_> {
+    pub(super) fn best(&self, method: Method, leg: f64) -> Option<&Best> {
+        self.best.iter().find(|best| best.method == method && best.leg == leg)
+    }
+
+    pub(super) fn best_speed(&self, method: Method, leg: f64) -> Option<Mean> {
+        self.best(method, leg)?.speed_m_s
+    }
+
+    pub(super) fn longer_legs_learn_more(&self) -> Claim {
+        let last = |leg: f64| {
+            let learning = self.legs.iter().find(|study| study.leg == leg)?.learning.as_ref()?;
+            let rewards: Vec<f64> = learning.seeds.iter().map(|seed| seed.last().reward).collect();
+            mean_of(&rewards)
+        };
+        let text = "Learning: longer legs reach higher rewards in the later stages (Figure 3)".to_owned();
+        let (Some(long), Some(short)) = (last(LONG), last(SHORT)) else { return not_judged(text) };
+        let evidence = format!(
+            "reward of the last evaluation {:.0} with long legs, {:.0} with short ones",
+            long.mean, short.mean
+        );
+        Claim { text, holds: Some(long.mean > short.mean), evidence }
+    }
+
+    pub(super) fn fastest(&self, leg: f64, printed: &str) -> Claim {
+        let text = format!(
+            "With legs of {leg} L, PSTO reaches the highest speed of the three ({} m/s, {printed} more)",
+            paper::TOP_SPEED_M_S
+        );
+        let [Some(original), Some(sinusoid), Some(psto)] =
+            Method::PAPERS.map(|method| self.best_speed(method, leg))
+        else {
+            return not_judged(text);
+        };
+        let evidence = format!(
+            "PSTO {} m/s: {}, {}",
+            shown(psto, 3),
+            against(psto, "original", original),
+            against(psto, "sinusoid", sinusoid)
+        );
+        Claim { text, holds: Some(psto.mean > original.mean && psto.mean > sinusoid.mean), evidence }
+    }
+
+    pub(super) fn fastest_at(&self, leg: f64, amplification: f64) -> Claim {
+        let text = format!("With legs of {leg} L, PSTO is fastest at {amplification:.1}x (Figure 7)");
+        let found =
+            self.best(Method::Psto, leg).and_then(|best| Some((best.speed_amplification?, best.speed_m_s?)));
+        // The fastest of one amplification, or of some without the paper's, says nothing.
+        let walked =
+            self.at(Method::Psto, leg, amplification).is_some() && self.amplifications(leg).len() > 2;
+        let Some((at, speed)) = found.filter(|_| walked) else { return not_judged(text) };
+        let evidence = format!("fastest at {at:.1}x with {} m/s", shown(speed, 3));
+        Claim { text, holds: Some((at - amplification).abs() < 1e-9), evidence }
+    }
+
+    pub(super) fn legs_equally_fast(&self) -> Claim {
+        let text = "PSTO's highest speed is the same with both legs, within 5 %".to_owned();
+        let [Some(long), Some(short)] = [LONG, SHORT].map(|leg| self.best_speed(Method::Psto, leg)) else {
+            return not_judged(text);
+        };
+        let evidence = format!("{} and {} m/s", shown(long, 3), shown(short, 3));
+        Claim { text, holds: Some((long.mean / short.mean - 1.0).abs() <= 0.05), evidence }
+    }
+
+    pub(super) fn best_of_table_2(&self, leg: f64, printed: &str) -> Claim {
+        let text = format!(
+            "With legs of {leg} L, PSTO's best cost is lower and its best speed higher than both others' ({printed}; \
+             Table 2)"
+        );
+        let costs =
+            Method::PAPERS.map(|method| self.best(method, leg).and_then(|best| best.cost_of_transport));
+        let cost = self.lowest(String::new(), costs);
+        let speed = self.fastest(leg, "");
+        let (Some(cheaper), Some(faster)) = (cost.holds, speed.holds) else { return not_judged(text) };
+        let evidence = format!("cost: {}; speed: {}", cost.evidence, speed.evidence);
+        Claim { text, holds: Some(cheaper && faster), evidence }
+    }
+
+    pub(super) fn speeds_converge(&self) -> Claim {
+        let text = format!(
+            "The robot's own limit is about {} m/s: no method goes beyond, and most come near it (Figure 8)",
+            paper::TOP_SPEED_M_S
+        );
+        let best: Vec<(Method, f64, Mean)> = self
+            .best
+            .iter()
+            .filter(|best| Method::PAPERS.contains(&best.method))
+            .filter_map(|best| Some((best.method, best.leg, best.speed_m_s?)))
+            .collect();
+        if best.is_empty() {
+            return not_judged(text);
+        }
+        let words: Vec<String> = best
+            .iter()
+            .map(|(method, leg, speed)| format!("{} {leg} L {:.3}", method.label(), speed.mean))
+            .collect();
+        let holds = best.iter().all(|(.., speed)| speed.mean <= 1.05 * paper::TOP_SPEED_M_S);
+        Claim { text, holds: Some(holds), evidence: format!("highest speeds in m/s: {}", words.join(", ")) }
+    }
+}
