@@ -10,11 +10,17 @@ use super::recording::{BadFlag, check_range};
 use super::robots::Named;
 use super::upload_gait::material::Material;
 use super::{Cause, Failure};
+use crate::gait_file::Source;
 use crate::run_folder;
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{Playback, Starts, Trial, Walk, play_starts};
 use protocol::Amplitude;
 use std::path::{Path, PathBuf};
+
+/// Where nobody says how wide: about a policy's own stroke,
+const AMPLITUDE: f64 = 2.0;
+/// and the stroke that was searched.
+const SEARCHED_AMPLITUDE: f64 = 1.0;
 
 /// Play a gait open loop in the simulation: how far, on what power, and does it fall?
 ///
@@ -25,9 +31,10 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The gait: a readable file, or the bytes of a table (.bin) [default: that of the last run]
     gait: Option<PathBuf>,
-    /// Amplitude about each joint's centre, 0.5 to 3.0; 1.875 is a policy's own stroke
-    #[arg(long = "amp", value_name = "X", default_value_t = 2.0)]
-    amplitude: f64,
+    /// Amplitude about each joint's centre, 0.5 to 3.0; 1.875 is a policy's own stroke [default:
+    /// 2, and 1 for a gait of host optimise]
+    #[arg(long = "amp", value_name = "X")]
+    amplitude: Option<f64>,
     /// Length of the walk from each start, in seconds
     #[arg(long = "duration", value_name = "S", default_value_t = 60.0)]
     duration_s: f64,
@@ -52,21 +59,28 @@ pub struct Args {
 struct Simulated {
     material: Material,
     amplitude: Amplitude,
+    /// The same as it was typed, or as it is usual.
+    amplitude_typed: f64,
     starts: Starts,
     walks: Vec<Walk>,
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
-    let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
-    let amplitude = Amplitude::from_f64(args.amplitude).ok_or_else(|| {
-        let error = BadFlag::Range { flag: "amp", value: args.amplitude, min: least, max: most };
-        failure(Cause::Usage, error)
-    })?;
+    let exact = |value: f64| {
+        let (min, max) = (Amplitude::MIN.value(), Amplitude::MAX.value());
+        let error = BadFlag::Range { flag: "amp", value, min, max };
+        Amplitude::from_f64(value).ok_or_else(|| failure(Cause::Usage, error))
+    };
+    // Before anything is read: a bad flag is a bad flag whatever the gait.
+    args.amplitude.map(exact).transpose()?;
     check_range("duration", Some(args.duration_s), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
     let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
     let path = args.gait.clone().unwrap_or_else(default);
     let named = args.leg.map_or(Named::folder(args.robot.as_deref()), Named::Leg);
     let material = Material::load(path, named)?;
+    let usual = if material.source == Source::Searched.name() { SEARCHED_AMPLITUDE } else { AMPLITUDE };
+    let amplitude_typed = args.amplitude.unwrap_or(usual);
+    let amplitude = exact(amplitude_typed)?;
     let playback = Playback::new(&material.playable, amplitude, &material.robot);
     let trial = Trial { duration_s: args.duration_s, ..Trial::default() };
     let starts = Starts { perturbation: Perturbation::default(), seed: args.seed, count: args.starts };
@@ -75,6 +89,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let help = "this robot cannot be simulated: are the servos' stiffness and the masses in its robot.toml right?";
         failure_with_help(Cause::Input, e, help)
     })?;
-    report::print(&args, &Simulated { material, amplitude, starts, walks });
+    report::print(&args, &Simulated { material, amplitude, amplitude_typed, starts, walks });
     Ok(())
 }

@@ -53,7 +53,7 @@ const ROWS: [Row; 7] = [
 
 /// Prints the table, or with `--json` one object; warnings go to standard error.
 pub fn print(args: &Args, simulated: &Simulated) {
-    let warnings = warnings(args, simulated);
+    let warnings = warnings(simulated);
     for warning in &warnings {
         warn(warning);
     }
@@ -65,13 +65,14 @@ pub fn print(args: &Args, simulated: &Simulated) {
 }
 
 /// What keeps the simulated robot, and a real one, from walking as the gait says.
-fn warnings(args: &Args, Simulated { material, amplitude, .. }: &Simulated) -> Vec<String> {
+fn warnings(simulated: &Simulated) -> Vec<String> {
+    let Simulated { material, amplitude, .. } = simulated;
     let mut warnings = material.doubts(*amplitude);
     let clipped_share = material.clipped_share(*amplitude);
     if clipped_share > 0.0 {
         warnings.push(format!(
             "at {}x joints are held at their limits during {:.1} % of each stride",
-            args.amplitude,
+            simulated.amplitude_typed,
             100.0 * clipped_share
         ));
     }
@@ -98,7 +99,7 @@ fn warnings(args: &Args, Simulated { material, amplitude, .. }: &Simulated) -> V
              no other joint has a wider one",
             joint.name(),
             peak.jump_deg,
-            args.amplitude,
+            simulated.amplitude_typed,
             frames(peak.jump_deg)
         ));
     }
@@ -114,7 +115,7 @@ fn print_table(args: &Args, simulated: &Simulated) {
     println!(
         "gait \"{}\" at {}x, a stride in {:.3} s, on {} (leg {}, {:.3} kg)",
         material.playable.encoded().name().as_str(),
-        args.amplitude,
+        simulated.amplitude_typed,
         material.period_s(),
         material.robot.name,
         material.robot.geometry.leg_scale,
@@ -139,7 +140,7 @@ fn print_table(args: &Args, simulated: &Simulated) {
 }
 
 fn to_json(args: &Args, simulated: &Simulated, warnings: &[String]) -> Value {
-    let Simulated { material, amplitude, starts, walks } = simulated;
+    let Simulated { material, amplitude, starts, walks, .. } = simulated;
     let rows: Vec<Value> = (0..starts.count)
         .zip(walks)
         .map(|(number, walk)| {
@@ -165,7 +166,7 @@ fn to_json(args: &Args, simulated: &Simulated, warnings: &[String]) -> Value {
         "gait_sha256": gait_sha256(&material.bytes),
         "gait_source": material.source,
         "period_s": material.period_s(),
-        "amplitude": args.amplitude,
+        "amplitude": simulated.amplitude_typed,
         "duration_s": args.duration_s,
         "starts": starts.count,
         "seed": starts.seed,
