@@ -10,6 +10,7 @@ mod report;
 mod start;
 
 use super::explain::failure;
+use super::reach::interruptible;
 use super::{Cause, Failure};
 use crate::gait_file::{GaitFile, Provenance, Source};
 use crate::optimise::basis::Basis;
@@ -26,8 +27,6 @@ use clap::ValueEnum;
 use hunt::Hunt;
 use report::Outcome;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use thiserror::Error;
 
@@ -43,7 +42,7 @@ pub enum Objective {
     Cot,
     /// The most speed, whatever it costs
     Speed,
-    /// The cheapest gaits of eight speeds, in a table and a picture
+    /// The cheapest gaits from 0.6 to 2 times --min-speed, in a table and a picture
     Pareto,
 }
 
@@ -63,8 +62,8 @@ pub struct Args {
     /// What is wanted
     #[arg(long, value_enum, default_value_t = Objective::Cot)]
     objective: Objective,
-    /// Least speed of a cheap gait, in m/s [default: 0.25 for the Ant's long legs, 0.2 for its
-    /// short ones]
+    /// Least speed of a cheap gait, in m/s, not with `speed` [default: 0.25 for the Ant's long
+    /// legs, 0.2 for its short ones]
     #[arg(long, value_name = "M_S")]
     min_speed: Option<f64>,
     /// Where to begin: `nothing`, `sinusoid`, a gait file, or a run folder with one
@@ -74,7 +73,8 @@ pub struct Args {
     /// searched gait]
     #[arg(long, value_name = "X")]
     start_amp: Option<f64>,
-    /// How long to search: 10m or 600s by the clock of two cores, or a number of trials
+    /// How long to search: 10m or 600s by the clock of two cores, or a number of trials; a front
+    /// of eight speeds wants several times as long
     #[arg(long, default_value = "10m", value_name = "TIME|TRIALS")]
     budget: Budget,
     /// Of everything that is drawn
@@ -86,7 +86,8 @@ pub struct Args {
     /// What the robot will call the gait, up to 16 characters [default: from leg and seed]
     #[arg(long)]
     name: Option<String>,
-    /// Folder for gait and report [default: a new one in runs]
+    /// Folder for gait and report [default: a new one in runs; runs/latest stays the last
+    /// trained run]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the result as JSON
@@ -104,12 +105,18 @@ enum OptimiseError {
     Name { name: String },
     #[error("{} is there already: name another folder with --out", .path.display())]
     Taken { path: PathBuf },
+    #[error("--min-speed is for --objective cot and pareto; speed looks for the fastest gait there is")]
+    MinSpeedOfSpeed,
+    #[error("--start-amp is for a gait to begin at; --start {start} has no amplitude")]
+    AmplitudeOfNoGait { start: String },
+    #[error("--budget is {trials} trials; a front needs {least} at least ({}s), for the searches of its speeds", Budget::seconds(*.least))]
+    FrontBudget { trials: u64, least: u64 },
     #[error("interrupted after {trials} trials; the best gait so far is in {}", .path.display())]
     Interrupted { trials: u64, path: PathBuf },
+    #[error("interrupted while the report was made, after a whole search of {trials} trials; the gait is in {}", .path.display())]
+    ReportInterrupted { trials: u64, path: PathBuf },
     #[error("the curves to search among could not be computed")]
     Basis,
-    #[error("cannot catch Ctrl-C")]
-    Signals { source: ctrlc::Error },
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
@@ -122,57 +129,65 @@ pub fn run(args: Args) -> Result<(), Failure> {
     .map_err(|error| failure(Cause::Input, error))?;
     let start = start::read(&args.start, args.start_amp)?;
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, OptimiseError::Basis))?;
-    let stop = stop_flag()?;
+    let stop = interruptible()?;
     let folder = folder(&args)?;
     // First, so that a folder that cannot be written costs no search.
     robot.save(&folder.join(run_folder::ROBOT)).map_err(|error| failure(Cause::Machine, error))?;
 
     let at_least_m_s = args.min_speed.unwrap_or_else(|| usual_speed_m_s(&robot));
     let aim = match args.objective {
-        Objective::Cot | Objective::Pareto => Aim::Cost { at_least_m_s: SPEED_RESERVE * at_least_m_s },
+        Objective::Cot | Objective::Pareto => front::aim(at_least_m_s),
         Objective::Speed => Aim::Speed,
     };
     let hunt =
         Hunt { args: &args, robot: &robot, basis: &basis, stop: &stop, tolerances: Tolerances::default() };
     let whole = args.budget.trials;
     let is_front = args.objective == Objective::Pareto;
-    let budget = if is_front { (front::FIRST_SHARE * whole as f64) as u64 } else { whole };
-    let mut found = hunt.first(aim, &start, budget);
-    let front = if is_front { front::search(&hunt, &mut found, at_least_m_s) } else { Vec::new() };
+    let mut found = hunt.first(aim, &start, if is_front { front::first_budget(whole) } else { whole });
+    if is_front {
+        front::search(&hunt, &mut found, at_least_m_s);
+    }
 
-    let amplitudes = hunt.over_amplitudes(&found.motion);
-    let gait = gait(&args, &robot, &found.motion, safe_range(&amplitudes));
+    let name = args.name.clone().unwrap_or_else(|| format!("{}-seed{}", usual_name(&robot), args.seed));
     let path = folder.join(run_folder::GAIT);
+    let mut gait = gait(&args, &robot, name, &found.motion, None);
+    // Now, so that whatever happens to the report leaves the gait.
+    gait.save(&path).map_err(|error| failure(Cause::Machine, error))?;
+    eprintln!("searched; now it walks on {} robots that the search has not seen", args.draws);
+    let walks = hunt.over_draws(&found.motion);
+    let amplitudes = hunt.over_amplitudes(&found.motion);
+    let front = is_front.then(|| front::of(&hunt, &found, at_least_m_s));
+    let interrupted = found.stopped || hunt.stopped();
+    gait.provenance.safe_amplitudes = safe_range(&amplitudes).map(|(least, most)| [least, most]);
     let outcome = Outcome {
         robot: &robot,
         gait: &gait,
         path: &path,
         motion: &found.motion,
-        walks: &hunt.over_draws(&found.motion),
+        walks: &walks,
         amplitudes: &amplitudes,
         trials: found.trials,
         at_least_m_s: matches!(aim, Aim::Cost { .. }).then_some(at_least_m_s),
         seed: args.seed,
         wall_s: began.elapsed().as_secs_f64(),
+        interrupted,
     };
-    let json = save(&hunt, &outcome, &front, &folder)?;
-    let median_m_s = outcome.walks.speed_m_s.median;
-    if outcome.at_least_m_s.is_some_and(|asked_m_s| median_m_s < asked_m_s) {
-        eprintln!(
-            "warning: it walks at {median_m_s:.3} m/s, slower than the {at_least_m_s} m/s that were asked for; \
-             search longer (--budget) or ask for less (--min-speed)"
-        );
-    }
+    let json = save(&hunt, &outcome, front.as_ref(), &folder)?;
+    outcome.warn();
     if args.json {
         println!("{json:#}");
     } else {
         outcome.print();
-        front::print(&front, &robot, &folder);
+        if let Some(front) = &front {
+            front::print(front, &robot, &folder);
+        }
     }
-    if found.stopped {
-        return Err(failure(Cause::Interrupted, OptimiseError::Interrupted { trials: found.trials, path }));
+    let trials = found.trials;
+    match (found.stopped, interrupted) {
+        (true, _) => Err(failure(Cause::Interrupted, OptimiseError::Interrupted { trials, path })),
+        (_, true) => Err(failure(Cause::Interrupted, OptimiseError::ReportInterrupted { trials, path })),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Refuses now what would be refused after the search.
@@ -183,6 +198,16 @@ fn check(args: &Args) -> Result<(), Failure> {
     }
     if let Some(value) = args.start_amp.filter(|amplitude| !(0.1..=3.0).contains(amplitude)) {
         return Err(usage(OptimiseError::StartAmplitude { value }));
+    }
+    if args.min_speed.is_some() && args.objective == Objective::Speed {
+        return Err(usage(OptimiseError::MinSpeedOfSpeed));
+    }
+    if args.start_amp.is_some() && !start::is_a_gait(&args.start) {
+        return Err(usage(OptimiseError::AmplitudeOfNoGait { start: args.start.clone() }));
+    }
+    let (trials, least) = (args.budget.trials, front::least_budget());
+    if args.objective == Objective::Pareto && trials < least {
+        return Err(usage(OptimiseError::FrontBudget { trials, least }));
     }
     if let Some(name) = args.name.as_ref().filter(|name| protocol::Name::new(name).is_none()) {
         return Err(usage(OptimiseError::Name { name: name.clone() }));
@@ -207,20 +232,19 @@ fn folder(args: &Args) -> Result<PathBuf, Failure> {
 fn save(
     hunt: &Hunt<'_>,
     outcome: &Outcome<'_>,
-    front: &[front::Point],
+    front: Option<&front::Front>,
     folder: &Path,
 ) -> Result<serde_json::Value, Failure> {
     outcome.gait.save(outcome.path).map_err(|error| failure(Cause::Machine, error))?;
     let mut json = outcome.to_json();
-    write_figure(&folder.join(AMPLITUDES_FIGURE), figure::of_amplitudes(outcome.amplitudes).to_svg())?;
-    if !front.is_empty() {
-        json["front"] = front::save(front, hunt, folder)?;
+    if !outcome.amplitudes.is_empty() {
+        write_figure(&folder.join(AMPLITUDES_FIGURE), figure::of_amplitudes(outcome.amplitudes).to_svg())?;
+    }
+    if let Some(front) = front {
+        front::save(front, hunt, folder, &mut json)?;
     }
     let text = format!("{json:#}\n");
     run_folder::write(&folder.join(run_folder::SUMMARY), text.as_bytes()).map_err(machine)?;
-    if hunt.args.out.is_none() {
-        run_folder::make_latest(folder).map_err(machine)?;
-    }
     Ok(json)
 }
 
@@ -229,17 +253,12 @@ fn write_figure(path: &Path, drawn: Result<String, PlotError>) -> Result<(), Fai
     run_folder::write(path, svg.as_bytes()).map_err(|error| failure(Cause::Machine, error))
 }
 
-fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
-        .map_err(|source| failure(Cause::Machine, OptimiseError::Signals { source }))?;
-    Ok(stop)
+/// What the robot calls a gait that nobody named, but for its end.
+fn usual_name(robot: &Robot) -> String {
+    format!("opt-{}L", robot.geometry.leg_scale)
 }
 
-fn gait(args: &Args, robot: &Robot, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
-    let usual = || format!("opt-{}L-seed{}", robot.geometry.leg_scale, args.seed);
-    let name: String = args.name.clone().unwrap_or_else(usual);
+fn gait(args: &Args, robot: &Robot, name: String, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
     GaitFile {
         name: name.chars().take(protocol::Name::CAPACITY).collect(),

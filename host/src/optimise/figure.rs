@@ -11,6 +11,8 @@ use crate::robot::Robot;
 const ANT: &str = "Ant";
 /// Black: measured, not predicted.
 const MEASURED: Colour = Colour(0, 0, 0);
+/// Light blue: how far the robots differ.
+const BARS: Colour = Colour(86, 180, 233);
 const PANEL_PX: (u32, u32) = (820, 320);
 
 /// The best of each method on the authors' robot: cost of transport and speed, not
@@ -70,26 +72,30 @@ pub fn of_amplitudes(amplitudes: &[AtAmplitude]) -> Figure {
 /// Gaits searched for different speeds, and what the authors measured.
 #[must_use]
 pub fn of_front(robot: &Robot, front: &[OverDraws]) -> Figure {
-    let walks = || front.iter().filter(|walks| walks.cost_of_transport.p90.is_finite());
-    let ours: Vec<(f64, f64)> =
-        walks().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();
-    let edges = walks().map(|w| (w.speed_m_s.median, w.cost_of_transport.p10, w.cost_of_transport.p90));
+    let walks: Vec<&OverDraws> =
+        front.iter().filter(|walks| walks.cost_of_transport.p90.is_finite()).collect();
+    let place = |walks: &&OverDraws| (walks.speed_m_s.median, walks.cost_of_transport.median);
+    let ours: Vec<(f64, f64)> = walks.iter().map(place).collect();
+    // The later hides the earlier: bars first.
+    let mut layers = vec![Layer { mark: Mark::Dashes, colour: BARS, points: ours.clone() }];
+    for walks in walks {
+        let ((x, y), speed, cost) = (place(&walks), &walks.speed_m_s, &walks.cost_of_transport);
+        for points in [[(x, cost.p10), (x, cost.p90)], [(speed.p10, y), (speed.p90, y)]] {
+            layers.push(Layer { mark: Mark::Line, colour: BARS, points: points.to_vec() });
+        }
+    }
     let theirs = measured(robot).map_or_else(Vec::new, |points| points.to_vec());
-    let layers = vec![
-        Layer::band(BLUE, edges),
-        Layer { mark: Mark::Line, colour: BLUE, points: ours.clone() },
-        Layer { mark: Mark::Dots, colour: BLUE, points: ours },
-        Layer { mark: Mark::Dots, colour: MEASURED, points: theirs.clone() },
-    ];
+    layers.push(Layer { mark: Mark::Dots, colour: BLUE, points: ours });
+    layers.push(Layer { mark: Mark::Dots, colour: MEASURED, points: theirs.clone() });
     let points = || layers.iter().flat_map(|layer| &layer.points);
     let x = Axis::round("speed (m/s)", points().map(|p| p.0).chain([0.0]).collect::<Vec<_>>(), 8);
     let y = Axis::round("cost of transport", points().map(|p| p.1).chain([0.0]).collect::<Vec<_>>(), 8);
     let mut legend = vec![
         Entry {
             label: "predicted, searched gaits: median".into(),
-            marks: vec![(Mark::Line, BLUE), (Mark::Dots, BLUE)],
+            marks: vec![(Mark::Dashes, BARS), (Mark::Dots, BLUE)],
         },
-        Entry { label: "10 to 90 % over robots".into(), marks: vec![(Mark::Band, BLUE)] },
+        Entry { label: "10 to 90 % of the robots".into(), marks: vec![(Mark::Line, BARS)] },
     ];
     if !theirs.is_empty() {
         let label = "measured by the authors: original, sinusoid, PSTO at their best";
@@ -117,6 +123,7 @@ mod tests {
             strained_share: about(0.0),
             fell: 0,
             dragged: 0,
+            slower_servos: 0,
         }
     }
 

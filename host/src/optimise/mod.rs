@@ -5,6 +5,7 @@
 
 pub mod basis;
 pub mod figure;
+pub mod front;
 pub mod report;
 pub mod score;
 pub mod search;

@@ -14,11 +14,14 @@ use crate::sim::open_loop::{FRAME_RATE_HZ, Walk};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::panic::catch_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A trial, as the paper's.
 pub const TRIAL_S: f64 = 12.0;
 /// The stage of draws that belongs to reports; searches have the others.
 const STAGE: u64 = 1 << 40;
+/// Fewer have no tenth.
+pub const LEAST_DRAWS: usize = 8;
 /// Amplitudes that a gait is looked at.
 const AMPLITUDES: [f64; 11] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5];
 
@@ -54,6 +57,19 @@ pub struct OverDraws {
     pub fell: usize,
     /// Robots that touched the ground with more than their feet.
     pub dragged: usize,
+    /// Robots whose servos, without load, are slower than the fastest setpoint, and lag.
+    pub slower_servos: usize,
+}
+
+/// Robots that a gait is reported on.
+#[derive(Debug, Clone, Copy)]
+pub struct Fresh<'a> {
+    /// Of the draws.
+    pub seed: u64,
+    /// How many, and [`LEAST_DRAWS`] at least once `stop` is set.
+    pub draws: usize,
+    /// Set by anybody who does not want to wait for all of them.
+    pub stop: &'a AtomicBool,
 }
 
 /// A gait at one amplitude.
@@ -97,23 +113,30 @@ pub fn over_draws(
     test: &Test,
     motion: &Motion,
     amplitude: f64,
-    (seed, draws): (u64, usize),
+    fresh: Fresh<'_>,
 ) -> OverDraws {
-    let walks: Vec<Walk> = (0..draws as u64)
-        .into_par_iter()
-        .map(|number| test.walk(&tolerances.draw(robot, seed, STAGE | number), motion, amplitude))
-        .collect();
-    let of = |value: fn(&Walk) -> f64| quantiles(walks.iter().map(value).collect());
+    let fastest_rad_s = motion.fastest_deg_s(amplitude).to_radians();
+    let played = |number: u64| {
+        let wanted = number < LEAST_DRAWS as u64 || !fresh.stop.load(Ordering::Relaxed);
+        wanted.then(|| {
+            let draw = tolerances.draw(robot, fresh.seed, STAGE | number);
+            (test.walk(&draw, motion, amplitude), draw.robot.servo.top_speed_rad_s() < fastest_rad_s)
+        })
+    };
+    let walks: Vec<(Walk, bool)> = (0..fresh.draws as u64).into_par_iter().filter_map(played).collect();
+    let of = |value: fn(&Walk) -> f64| quantiles(walks.iter().map(|(walk, _)| value(walk)).collect());
+    let count = |is: fn(&(Walk, bool)) -> bool| walks.iter().filter(|walk| is(walk)).count();
     OverDraws {
-        draws,
+        draws: walks.len(),
         cost_of_transport: of(|walk| walk.cost_of_transport),
         speed_m_s: of(|walk| walk.speed_m_s),
         power_w: of(|walk| walk.mean_power_w),
         yaw_deg: of(|walk| walk.turned_rad.to_degrees().abs()),
         tilt_deg: of(|walk| walk.max_tilt_rad.to_degrees()),
         strained_share: of(|walk| walk.strained_share),
-        fell: walks.iter().filter(|walk| walk.fell).count(),
-        dragged: walks.iter().filter(|walk| walk.dragged_share > 0.0).count(),
+        fell: count(|(walk, _)| walk.fell),
+        dragged: count(|(walk, _)| walk.dragged_share > 0.0),
+        slower_servos: count(|(_, slower)| *slower),
     }
 }
 
@@ -130,30 +153,32 @@ fn quantiles(mut values: Vec<f64>) -> Quantiles {
     Quantiles { p10: at(0.1), median: at(0.5), p90: at(0.9) }
 }
 
-/// The gait from half its stroke to one and a half.
+/// The gait from half its stroke to one and a half; nothing once `fresh.stop` is set.
 #[must_use]
 pub fn over_amplitudes(
     robot: &Robot,
     tolerances: &Tolerances,
     test: &Test,
     motion: &Motion,
-    (seed, draws): (u64, usize),
+    fresh: Fresh<'_>,
 ) -> Vec<AtAmplitude> {
     let bounds = Bounds::of(robot);
-    AMPLITUDES
-        .into_iter()
-        .map(|amplitude| {
-            let walks = over_draws(robot, tolerances, test, motion, amplitude, (seed, draws));
-            let fastest_deg_s = motion.fastest_deg_s(amplitude);
-            let keeps_bounds = fastest_deg_s <= robot.servo.top_speed_rad_s().to_degrees()
-                && motion.widest_deg(amplitude) <= bounds.angle_deg + 1e-6;
-            let safe = keeps_bounds
-                && walks.fell == 0
-                && walks.dragged == 0
-                && walks.strained_share.median <= STRAINED_SHARE;
-            AtAmplitude { amplitude, setpoint_speed_rad_s: fastest_deg_s.to_radians(), safe, walks }
-        })
-        .collect()
+    let at = |amplitude: f64| {
+        if fresh.stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let walks = over_draws(robot, tolerances, test, motion, amplitude, fresh);
+        let fastest_deg_s = motion.fastest_deg_s(amplitude);
+        let keeps_bounds = fastest_deg_s <= robot.servo.top_speed_rad_s().to_degrees()
+            && motion.widest_deg(amplitude) <= bounds.angle_deg + 1e-6;
+        let safe = keeps_bounds
+            && walks.fell == 0
+            && walks.dragged == 0
+            && walks.strained_share.median <= STRAINED_SHARE;
+        Some(AtAmplitude { amplitude, setpoint_speed_rad_s: fastest_deg_s.to_radians(), safe, walks })
+    };
+    // A part of them would say of the others that they are not safe.
+    AMPLITUDES.into_iter().map(at).collect::<Option<_>>().unwrap_or_default()
 }
 
 /// The safe amplitudes about 1.0 without a gap; `None` if 1.0 is not safe.
@@ -216,45 +241,4 @@ pub fn floor(robot: &Robot, speed_m_s: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_lie_between_the_values() {
-        let quantiles = quantiles((0..=10).rev().map(f64::from).collect());
-
-        assert_eq!((quantiles.p10, quantiles.median, quantiles.p90), (1.0, 5.0, 9.0));
-        assert!(super::quantiles(vec![1.0, f64::INFINITY, 2.0]).p90.is_infinite());
-    }
-
-    #[test]
-    fn a_standing_robot_pays_for_its_electronics_alone() {
-        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-        let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
-
-        let books = power_books(&robot, &still).expect("nothing moves");
-
-        assert!((books.total_w - robot.power.electronics_w).abs() < 0.01, "{books:?}");
-        assert!(books.slipping_w.abs() < 0.01 && books.braking_w.abs() < 0.01, "{books:?}");
-    }
-
-    #[test]
-    fn the_safe_range_ends_at_the_first_gap_on_either_side() {
-        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-        let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
-        let test = Test { aim: super::super::score::Aim::Speed, duration_s: 0.1 };
-        let walks = over_draws(&robot, &Tolerances::default(), &test, &still, 1.0, (0, 1));
-        let at = |amplitude, safe| AtAmplitude {
-            amplitude,
-            setpoint_speed_rad_s: 1.0,
-            safe,
-            walks: walks.clone(),
-        };
-        let mut amplitudes =
-            vec![at(0.7, true), at(0.8, false), at(0.9, true), at(1.0, true), at(1.1, false)];
-
-        assert_eq!(safe_range(&amplitudes), Some((0.9, 1.0)));
-        amplitudes[3].safe = false;
-        assert_eq!(safe_range(&amplitudes), None);
-    }
-}
+mod tests;

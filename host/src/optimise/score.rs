@@ -86,10 +86,20 @@ impl Test {
     /// What a motion costs over some robots: less is better, below 1 it walks.
     #[must_use]
     pub fn score(&self, draws: &[Draw], motion: &Motion) -> f64 {
-        let prices = draws.iter().map(|draw| self.price(&self.walk(draw, motion, 1.0)));
-        let (sum, worst) = prices
-            .fold((0.0, f64::NEG_INFINITY), |(sum, worst), price| (sum + price, f64::max(worst, price)));
-        let mean = sum / draws.len().max(1) as f64;
+        self.score_of(draws.iter().map(|draw| self.walk(draw, motion, 1.0)))
+    }
+
+    /// The same of walks that were played before: what is wanted changes no walk.
+    pub fn score_of(&self, walks: impl Iterator<Item = Walk>) -> f64 {
+        let mut count = 0_usize;
+        let (mut sum, mut worst) = (0.0, f64::NEG_INFINITY);
+        for walk in walks {
+            let price = self.price(&walk);
+            count += 1;
+            sum += price;
+            worst = f64::max(worst, price);
+        }
+        let mean = sum / count.max(1) as f64;
         mean + WORST_WEIGHT * (worst - mean)
     }
 

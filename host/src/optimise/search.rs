@@ -7,30 +7,32 @@
 //! more waves, on more robots. What is best on robots that the search did not
 //! see wins. The same seed and budget give the same gait on any number of cores.
 
+mod onward;
+mod pool;
+mod refine;
 mod start;
 
+pub use onward::least_step;
+pub use pool::Pool;
 pub use start::Start;
 
 use super::score::Test;
 use super::space::{Motion, Space};
 use super::tolerances::{Draw, Tolerances};
 use crate::robot::Robot;
-use cmaes::{CMAESOptions, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::sync::Mutex;
+use refine::Round;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gaits that compete.
 const RIVALS: usize = 3;
 /// Shares of the budget: sowing, and all rivals together. The rest refines.
 const SOWING: f64 = 0.08;
 const RIVALRY: f64 = 0.3;
-/// Drawn robots of the rivals' and of the winner's search.
-const RIVALS_DRAWS: u64 = 2;
-const WINNERS_DRAWS: u64 = 4;
-/// Robots that choose among what the search found.
-const JUDGES: u64 = 16;
+/// What is left to the judges of a large budget.
+const JUDGING: f64 = 0.03;
 /// Spread of a search's first gaits, in units of [`Space`].
 const RIVALS_STEP: f64 = 0.5;
 const WINNERS_STEP: f64 = 0.2;
@@ -38,10 +40,50 @@ const WINNERS_STEP: f64 = 0.2;
 const POPULATION: usize = 16;
 /// Waves a stride of the curves that the winner is refined among.
 const WAVES: [usize; 2] = [2, 3];
+/// Finalists that a search among curves of some waves leaves: its best, and its middle.
+const FINALISTS: usize = 2;
+/// Judges of a search that was told to stop: people wait.
+const HASTY_JUDGES: usize = 2;
+
+/// Robots of a search's stages.
+#[derive(Debug, Clone, Copy)]
+struct Draws {
+    /// Of the rivals' and of the winner's search.
+    rivals: u64,
+    winners: u64,
+    /// Robots that choose among what the search found.
+    judges: u64,
+}
+
+/// Of a search that is worth its name.
+const USUAL: Draws = Draws { rivals: 2, winners: 4, judges: 16 };
+/// Of a budget that the usual judges alone would spend: for trying things out.
+const FEW: Draws = Draws { rivals: 1, winners: 1, judges: 2 };
+/// Budgets below this have few robots.
+pub const SMALL_BUDGET: u64 = 600;
+
+const fn draws_for(budget: u64) -> Draws {
+    if budget < SMALL_BUDGET { FEW } else { USUAL }
+}
+
+/// What a search is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Plain gaits, each once.
+    Sowing,
+    /// The best of them, each searched on from.
+    Rivals,
+    /// The best of these, among richer curves.
+    Refining,
+    /// All that were found, on robots that no stage has seen.
+    Judging,
+}
 
 /// How far a search has come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress<'a> {
+    /// Where.
+    pub stage: Stage,
     /// Trials simulated.
     pub trials: u64,
     /// Of the best gait of this stage.
@@ -55,6 +97,8 @@ pub struct Progress<'a> {
 pub struct Found {
     /// The gait.
     pub motion: Motion,
+    /// All that were in the running, to search on from.
+    pub pool: Pool,
     /// Trials simulated.
     pub trials: u64,
     /// Whether it was told to stop.
@@ -75,51 +119,65 @@ pub struct Search<'a> {
     pub seed: u64,
     /// Trials to simulate, or a few more.
     pub budget: u64,
+    /// Set by anybody who wants it to end now, with the best so far.
+    pub stop: &'a AtomicBool,
 }
 
-/// Whom to tell, and what was said.
+/// Whom to tell, and how far it is.
 struct Told<'a> {
-    progress: &'a mut dyn FnMut(&Progress<'_>) -> bool,
+    progress: &'a mut dyn FnMut(&Progress<'_>),
+    stage: Stage,
     trials: u64,
-    stopped: bool,
 }
 
 impl Told<'_> {
-    fn tell(&mut self, score: f64, motion: &Motion) -> bool {
-        self.stopped |= !(self.progress)(&Progress { trials: self.trials, score, motion });
-        !self.stopped
+    fn tell(&mut self, score: f64, motion: &Motion) {
+        (self.progress)(&Progress { stage: self.stage, trials: self.trials, score, motion });
     }
 }
 
 impl Search<'_> {
-    /// Searches until the budget is spent or `progress` says `false`.
-    pub fn run(&self, start: &Start, progress: &mut dyn FnMut(&Progress<'_>) -> bool) -> Found {
-        let mut told = Told { progress, trials: 0, stopped: false };
+    /// Searches until the budget is spent or `stop` is set.
+    pub fn run(&self, start: &Start, progress: &mut dyn FnMut(&Progress<'_>)) -> Found {
+        let mut told = Told { progress, stage: Stage::Sowing, trials: 0 };
         let sown = self.sow(start, &mut told);
         let plain = (self.space)(start.waves());
         // Their own robots for each stage: what pleased the last stage's by chance is found out.
-        let draws = self.draws(1, RIVALS_DRAWS);
+        let count = draws_for(self.budget);
+        let draws = self.draws(1, count.rivals);
         let until = |share: f64| (share * self.budget as f64) as u64;
+        told.stage = Stage::Rivals;
         let mut rivals = Vec::new();
         for (k, point) in sown.into_iter().enumerate() {
             let share = SOWING + RIVALRY * (k + 1) as f64 / RIVALS as f64;
-            let found = self.refine(&plain, &draws, point.clone(), RIVALS_STEP, until(share), &mut told);
+            let until = until(share);
+            let round =
+                Round { space: &plain, held: &[], draws: &draws, step: RIVALS_STEP, until, seed: self.seed };
+            let found = self.refine(&round, point.clone(), &mut told);
             // Told to stop before anything was searched: as it was sown.
             rivals.extend(if found.is_empty() { vec![(f64::INFINITY, point)] } else { found });
         }
         rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
         rivals.truncate(RIVALS);
         let mut finalists: Vec<Motion> = rivals.iter().map(|(_, point)| plain.motion(point)).collect();
+        // As it is, richer curves and all: no search may come to less than what it began at.
+        if let Start::Gait(motion) = start {
+            finalists.push(plain.repaired((**motion).clone()));
+        }
         let mut point = rivals.swap_remove(0).1;
+        told.stage = Stage::Refining;
+        let refining = self.judging_share(&count) - SOWING - RIVALRY;
         for (k, waves) in WAVES.into_iter().enumerate() {
-            if told.stopped {
+            if self.stopped() {
                 break;
             }
             let space = (self.space)(waves);
-            let draws = self.draws(2 + k as u64, WINNERS_DRAWS);
-            let share = SOWING + RIVALRY + (0.97 - SOWING - RIVALRY) * (k + 1) as f64 / WAVES.len() as f64;
+            let draws = self.draws(2 + k as u64, count.winners);
+            let until = until(SOWING + RIVALRY + refining * (k + 1) as f64 / WAVES.len() as f64);
             let from = padded(&point, space.dimension());
-            let found = self.refine(&space, &draws, from, WINNERS_STEP, until(share), &mut told);
+            let round =
+                Round { space: &space, held: &[], draws: &draws, step: WINNERS_STEP, until, seed: self.seed };
+            let found = self.refine(&round, from, &mut told);
             finalists.extend(found.iter().map(|(_, point)| space.motion(point)));
             if let Some((_, best)) = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
                 point = best;
@@ -128,27 +186,36 @@ impl Search<'_> {
         self.judged(finalists, told)
     }
 
-    /// Searches on from a gait, among curves of more waves alone; what it was
-    /// itself stays in the running.
-    pub fn go_on(&self, from: &Motion, progress: &mut dyn FnMut(&Progress<'_>) -> bool) -> Found {
-        let mut told = Told { progress, trials: 0, stopped: false };
-        let space = (self.space)(WAVES[0]);
-        let until = self.budget.saturating_sub(JUDGES * 3);
-        let draws = self.draws(2, WINNERS_DRAWS);
-        let found = self.refine(&space, &draws, space.point(from), WINNERS_STEP, until, &mut told);
-        let finalists =
-            core::iter::once(from.clone()).chain(found.iter().map(|(_, point)| space.motion(point)));
-        self.judged(finalists.collect(), told)
+    /// The share of the budget at which judging begins.
+    fn judging_share(&self, count: &Draws) -> f64 {
+        if self.budget < SMALL_BUDGET {
+            // Three per cent would be less than one walk of each finalist.
+            let walks = count.judges as usize * (RIVALS + FINALISTS * WAVES.len());
+            1.0 - walks as f64 / self.budget.max(1) as f64
+        } else {
+            1.0 - JUDGING
+        }
     }
 
     /// The finalist that is best on robots that no stage has seen.
-    fn judged(&self, mut finalists: Vec<Motion>, mut told: Told<'_>) -> Found {
-        let judges = self.draws(9, JUDGES);
-        let judged: Vec<f64> = finalists.par_iter().map(|motion| self.test.score(&judges, motion)).collect();
-        told.trials += JUDGES * finalists.len() as u64;
-        let best = judged.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
-        told.tell(judged[best], &finalists[best]);
-        Found { motion: finalists.swap_remove(best), trials: told.trials, stopped: told.stopped }
+    fn judged(&self, finalists: Vec<Motion>, mut told: Told<'_>) -> Found {
+        let stopped = self.stopped();
+        told.stage = Stage::Judging;
+        let mut judges = self.draws(9, draws_for(self.budget).judges);
+        if stopped {
+            judges.truncate(HASTY_JUDGES);
+        }
+        let first = finalists[0].clone();
+        let mut pool = Pool::new(judges);
+        told.trials += pool.add(&self.test, finalists);
+        let (score, motion) =
+            pool.best(&self.test).map_or((f64::INFINITY, first), |best| (best.score, best.motion.clone()));
+        told.tell(score, &motion);
+        Found { motion, pool, trials: told.trials, stopped }
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Robots of one stage.
@@ -165,67 +232,22 @@ impl Search<'_> {
         let nominal = [Draw::nominal(self.robot)];
         let mut scored: Vec<(f64, Vec<f64>)> = Vec::with_capacity(points.len());
         for part in points.chunks(8 * POPULATION) {
-            let scores: Vec<f64> =
-                part.par_iter().map(|point| self.test.score(&nominal, &space.motion(point))).collect();
-            told.trials += part.len() as u64;
-            scored.extend(scores.into_iter().zip(part.iter().cloned()));
+            let tried =
+                |point: &Vec<f64>| (!self.stopped()).then(|| self.test.score(&nominal, &space.motion(point)));
+            let scores: Vec<Option<f64>> = part.par_iter().map(tried).collect();
+            told.trials += scores.iter().flatten().count() as u64;
+            let scores = scores.into_iter().map(|score| score.unwrap_or(f64::INFINITY));
+            scored.extend(scores.zip(part.iter().cloned()));
             scored.sort_by(|a, b| a.0.total_cmp(&b.0));
             scored.truncate(RIVALS);
-            let best = scored.first().map(|(score, point)| (*score, space.motion(point)));
-            if best.is_some_and(|(score, motion)| !told.tell(score, &motion)) {
+            if self.stopped() {
                 break;
+            }
+            if let Some((score, point)) = scored.first() {
+                told.tell(*score, &space.motion(point));
             }
         }
         scored.into_iter().map(|(_, point)| point).collect()
-    }
-
-    /// CMA-ES from a point, again with another seed where it has converged; its
-    /// best points and the middle of where it ended.
-    fn refine(
-        &self,
-        space: &Space,
-        draws: &[Draw],
-        from: Vec<f64>,
-        step: f64,
-        until: u64,
-        told: &mut Told<'_>,
-    ) -> Vec<(f64, Vec<f64>)> {
-        let trials = Mutex::new(told.trials);
-        let score = |point: &DVector<f64>| {
-            if let Ok(mut trials) = trials.lock() {
-                *trials += draws.len() as u64;
-            }
-            self.test.score(draws, &space.motion(point.as_slice()))
-        };
-        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
-        let mut from = from;
-        let mut again = 0_u32;
-        while !told.stopped && told.trials < until {
-            let options = CMAESOptions::new(from.clone(), step / f64::from(1 + again))
-                .population_size(POPULATION)
-                .seed(self.seed.wrapping_add(u64::from(again)));
-            let Ok(mut search) = options.build(score) else { break };
-            let mut best: Option<(f64, Vec<f64>)> = None;
-            loop {
-                let ended = search.next_parallel().is_some();
-                told.trials = trials.lock().map_or(told.trials, |trials| *trials);
-                if let Some(individual) = search.overall_best_individual() {
-                    best = Some((individual.value, individual.point.iter().copied().collect()));
-                }
-                let Some((score, point)) = &best else { break };
-                if !told.tell(*score, &space.motion(point)) || ended || told.trials >= until {
-                    break;
-                }
-            }
-            let middle: Vec<f64> = search.mean().iter().copied().collect();
-            let middle_score = score(search.mean());
-            told.trials = trials.lock().map_or(told.trials, |trials| *trials);
-            let Some(best) = best else { break };
-            from.clone_from(&best.1);
-            found.extend([best, (middle_score, middle)]);
-            again += 1;
-        }
-        found
     }
 }
 

@@ -198,7 +198,8 @@ impl Space {
 
     /// The nearest motion that keeps the bounds: strokes give way to angles, the
     /// period to speeds.
-    fn repaired(&self, mut motion: Motion) -> Motion {
+    #[must_use]
+    pub fn repaired(&self, mut motion: Motion) -> Motion {
         let Bounds { angle_deg, speed_deg_s } = self.bounds;
         for (centre_deg, curve) in motion.centres_deg.iter_mut().zip(&mut motion.curves_deg) {
             // A joint that cannot move either way walks no robot.

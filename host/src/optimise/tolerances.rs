@@ -4,7 +4,7 @@
 //! load and floor, as [`Randomisation`] draws them, with servos of another
 //! make, mounted a little off neutral, and put down a little crooked.
 
-use crate::robot::Robot;
+use crate::robot::{Field, Robot};
 use crate::sim::{Perturbation, Randomisation, Robots, Start};
 use protocol::JOINT_COUNT;
 use rand::{Rng, SeedableRng};
@@ -83,9 +83,11 @@ impl Tolerances {
             Robots::like(robot, self.robot).map_or_else(|| robot.clone(), |robots| robots.drawn(seed));
         drawn.servo.stiffness_n_m_rad *= 1.0 + either_way(self.stiffness_share);
         drawn.servo.damping_n_m_s_rad *= 1.0 + either_way(self.damping_share);
+        for name in ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad"] {
+            keep_bounds(&mut drawn, name);
+        }
         Draw {
-            // Beyond what a description may say only where the described one was at its end.
-            robot: if drawn.check().is_ok() { drawn } else { robot.clone() },
+            robot: drawn,
             neutral_rad: core::array::from_fn(|_| either_way(self.neutral_deg).to_radians()),
             // The floor's friction was drawn with the robot.
             start: Start { friction_share: 0.0, ..Start::drawn(&Perturbation::default(), seed) },
@@ -93,9 +95,68 @@ impl Tolerances {
     }
 }
 
+/// Puts a number back to the end of what a description may say, where the described one was
+/// near that end. The draw stays a draw: the fitted robot in its place would be easier to walk with.
+fn keep_bounds(robot: &mut Robot, name: &str) {
+    if let Some(field) = Field::named(name) {
+        let (min, max) = field.bounds(robot);
+        let value = (field.get)(robot);
+        (field.set)(robot, value.max(min).min(max));
+    }
+}
+
+/// Whether the fit said how sure it is of anything; without, draws spread by the tolerances alone.
+#[must_use]
+pub fn has_spread(robot: &Robot) -> bool {
+    robot.twin.as_ref().is_some_and(|twin| {
+        twin.spread.iter().any(|(name, &deviation)| deviation > 0.0 && Field::named(name).is_some())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The committed gaits stand on draws that needed no bounds.
+    #[test]
+    fn draws_of_the_ant_lie_within_what_a_description_may_say() {
+        for leg in [1.0, 0.6] {
+            let robot = Robot::ant(leg).expect("a leg scale");
+            for number in 0..300 {
+                let drawn = Tolerances::default().draw(&robot, 0, number).robot;
+                let (min, max) = Field::named("servo.stiffness_n_m_rad").expect("a field").bounds(&drawn);
+
+                assert!(drawn.check().is_ok());
+                assert!(min < drawn.servo.stiffness_n_m_rad && drawn.servo.stiffness_n_m_rad < max);
+            }
+        }
+    }
+
+    #[test]
+    fn a_robot_at_the_end_of_what_may_be_said_is_drawn_all_the_same() {
+        let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        for name in ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad"] {
+            let field = Field::named(name).expect("a field");
+            let (_, max) = field.bounds(&robot);
+            (field.set)(&mut robot, max);
+        }
+        assert!(robot.check().is_ok());
+
+        for number in 0..50 {
+            let drawn = Tolerances::default().draw(&robot, 3, number).robot;
+
+            assert!(drawn.check().is_ok(), "{number}: {:?}", drawn.check());
+            assert_ne!(drawn.ground.friction, robot.ground.friction, "{number} is the robot itself");
+        }
+    }
+
+    #[test]
+    fn a_robot_that_was_never_fitted_has_no_spread() {
+        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+
+        assert!(has_spread(&robot));
+        assert!(!has_spread(&Robot { twin: None, ..robot }));
+    }
 
     #[test]
     fn draws_differ_by_number_and_seed_and_are_the_same_again() {

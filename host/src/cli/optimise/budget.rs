@@ -10,8 +10,8 @@ use thiserror::Error;
 /// Trials of a second on two cores of an AMD EPYC of 2024: `host optimise --budget 10m`
 /// took ten minutes there.
 const TRIALS_PER_S: f64 = 50.0;
-/// Fewer are no search.
-const LEAST_TRIALS: u64 = 300;
+/// Fewer are spent before the last stage begins.
+pub const LEAST_TRIALS: u64 = 100;
 /// More are a month.
 const MOST_TRIALS: u64 = 100_000_000;
 
@@ -26,6 +26,13 @@ pub struct Budget {
 #[error("{text:?} is no budget: write minutes as 10m, seconds as 600s, or trials as {LEAST_TRIALS} to {MOST_TRIALS}; the least is {}s", LEAST_TRIALS as f64 / TRIALS_PER_S)]
 pub struct BadBudget {
     text: String,
+}
+
+impl Budget {
+    /// As long as that takes on two cores, to be typed.
+    pub fn seconds(trials: u64) -> u64 {
+        (trials as f64 / TRIALS_PER_S).ceil() as u64
+    }
 }
 
 impl FromStr for Budget {

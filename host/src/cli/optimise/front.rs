@@ -1,119 +1,126 @@
 //! The cheapest gaits of several speeds: cost of transport against speed.
 //!
-//! Owns the chain of searches, each from the gait of the speed before, and the
-//! files and words about them.
+//! Owns the chain of searches, each from the best gait so far for its speed, and
+//! what becomes of the gaits that were found; `table` writes it down.
 
-use super::hunt::Hunt;
-use super::{SPEED_RESERVE, write_figure};
-use crate::cli::explain::{failure, path_text};
-use crate::cli::{Cause, Failure};
-use crate::optimise::figure;
-use crate::optimise::report::OverDraws;
+mod names;
+mod table;
+
+pub use table::{print, save};
+
+use super::SPEED_RESERVE;
+use super::budget::LEAST_TRIALS;
+use super::hunt::{Hunt, SEARCH_TRIAL_S};
+use crate::optimise::front::{Winner, undominated, winners};
+use crate::optimise::report::{AtAmplitude, OverDraws};
 use crate::optimise::score::Aim;
-use crate::optimise::search::Found;
+use crate::optimise::search::{Found, least_step};
 use crate::optimise::space::Motion;
-use crate::robot::Robot;
-use crate::run_folder;
-use serde_json::{Value, json};
-use std::path::Path;
 
-/// Share of the budget for the first gait, of the usual speed.
+/// Share of the budget for the first gait, of the least speed itself.
 pub const FIRST_SHARE: f64 = 0.4;
-/// The picture, and the table behind it.
-const FIGURE: &str = "front.svg";
-const TABLE: &str = "front.csv";
-/// Speeds that are asked for, as shares of the usual one: slower and slower, faster and faster.
-const SLOWER: [f64; 3] = [0.8, 0.6, 0.4];
-const FASTER: [f64; 4] = [1.2, 1.4, 1.6, 1.8];
+/// Speeds that are asked for after it, as shares of it: slower and slower, faster and faster.
+const SLOWER: [f64; 2] = [0.8, 0.6];
+const FASTER: [f64; 5] = [1.2, 1.4, 1.6, 1.8, 2.0];
+const STEPS: u64 = (SLOWER.len() + FASTER.len()) as u64;
 
 /// A gait of the front.
 pub struct Point {
+    /// The fastest speed that it was chosen for and reaches, else the slowest that it misses.
     asked_m_s: f64,
     motion: Motion,
     walks: OverDraws,
+    amplitudes: Vec<AtAmplitude>,
 }
 
-/// Searches on from `first`, in both directions; the slowest comes first.
-pub fn search(hunt: &Hunt<'_>, first: &mut Found, usual_m_s: f64) -> Vec<Point> {
-    let budget = ((1.0 - FIRST_SHARE) * hunt.args.budget.trials as f64) as u64;
-    let each = budget / (SLOWER.len() + FASTER.len()) as u64;
-    let point = |asked_m_s: f64, motion: Motion| {
-        let walks = hunt.over_draws(&motion);
-        Point { asked_m_s, motion, walks }
+/// The front, slowest first.
+#[derive(Default)]
+pub struct Front {
+    points: Vec<Point>,
+    /// Gaits that were best on the judges, and slower and dearer than another on the report's robots.
+    dropped: usize,
+    /// Speeds that no gait reaches.
+    unreached_m_s: Vec<f64>,
+}
+
+/// The least speed is asked for with a reserve.
+pub fn aim(asked_m_s: f64) -> Aim {
+    Aim::Cost { at_least_m_s: SPEED_RESERVE * asked_m_s }
+}
+
+fn each(budget: u64) -> u64 {
+    ((1.0 - FIRST_SHARE) * budget as f64) as u64 / STEPS
+}
+
+/// The first gait's part of a front's budget.
+pub fn first_budget(budget: u64) -> u64 {
+    (FIRST_SHARE * budget as f64) as u64
+}
+
+/// The least budget of which each step gets what it takes.
+pub fn least_budget() -> u64 {
+    let enough = |budget: &u64| {
+        let first = first_budget(*budget);
+        first >= LEAST_TRIALS && each(*budget) >= least_step(first)
     };
-    let mut points = vec![point(usual_m_s, first.motion.clone())];
-    for shares in [&SLOWER[..], &FASTER[..]] {
-        let mut motion = first.motion.clone();
-        for share in shares {
-            if first.stopped {
-                break;
-            }
-            let asked_m_s = share * usual_m_s;
-            let aim = Aim::Cost { at_least_m_s: SPEED_RESERVE * asked_m_s };
-            let found = hunt.next(aim, &motion, each, &format!("{asked_m_s:.2} m/s: "));
-            first.trials += found.trials;
-            first.stopped |= found.stopped;
-            motion = found.motion;
-            points.push(point(asked_m_s, motion.clone()));
+    // Each hundred, to be typed.
+    (1..).map(|hundreds| 100 * hundreds).find(enough).unwrap_or(u64::MAX)
+}
+
+/// Searches on from `found`, which was searched for `least_m_s`, in both
+/// directions; all gaits join those of `found`.
+pub fn search(hunt: &Hunt<'_>, found: &mut Found, least_m_s: f64) {
+    let each = each(hunt.args.budget.trials);
+    for (number, share) in SLOWER.into_iter().chain(FASTER).enumerate() {
+        if hunt.stopped() {
+            break;
         }
+        let asked_m_s = share * least_m_s;
+        let what = format!("{asked_m_s:.2} m/s, {} of {STEPS}: ", number + 1);
+        hunt.next(found, aim(asked_m_s), number as u64, each, &what);
     }
-    points.sort_by(|a, b| a.asked_m_s.total_cmp(&b.asked_m_s));
-    points
+    // A gait that was found on the way to another speed may be the better one here.
+    if let Some(best) = winners(&found.pool, &[least_m_s], aim, SEARCH_TRIAL_S).pop() {
+        found.motion = best.motion;
+    }
 }
 
-/// Writes gaits, table and picture; the front for scripts.
-pub fn save(points: &[Point], hunt: &Hunt<'_>, folder: &Path) -> Result<Value, Failure> {
-    let machine = |error: run_folder::FileError| failure(Cause::Machine, error);
-    let mut table =
-        String::from("asked_m_s,speed_m_s,cost_of_transport,cost_p10,cost_p90,power_w,period_s,fell,gait\n");
-    let mut front = Vec::new();
-    for Point { asked_m_s, motion, walks } in points {
-        let path = folder.join(format!("gait-{asked_m_s:.2}.toml"));
-        let gait = super::gait(hunt.args, hunt.robot, motion, None);
-        gait.save(&path).map_err(|error| failure(Cause::Machine, error))?;
-        let cost = &walks.cost_of_transport;
-        table += &format!(
-            "{asked_m_s:.3},{:.4},{:.4},{:.4},{:.4},{:.3},{:.4},{},{}\n",
-            walks.speed_m_s.median,
-            cost.median,
-            cost.p10,
-            cost.p90,
-            walks.power_w.median,
-            motion.period_s,
-            walks.fell,
-            path.file_name().unwrap_or_default().to_string_lossy()
-        );
-        front.push(json!({
-            "asked_m_s": asked_m_s,
-            "period_s": motion.period_s,
-            "gait": path_text(&path),
-            "over_draws": walks,
-        }));
-    }
-    run_folder::write(&folder.join(TABLE), table.as_bytes()).map_err(machine)?;
-    let walks: Vec<OverDraws> = points.iter().map(|point| point.walks.clone()).collect();
-    let drawn = figure::of_front(hunt.robot, &walks).to_svg();
-    write_figure(&folder.join(FIGURE), drawn)?;
-    Ok(Value::Array(front))
+/// What of it makes the front, played on the report's robots.
+pub fn of(hunt: &Hunt<'_>, found: &Found, least_m_s: f64) -> Front {
+    let mut asked: Vec<f64> =
+        SLOWER.into_iter().chain([1.0]).chain(FASTER).map(|share| share * least_m_s).collect();
+    asked.sort_by(f64::total_cmp);
+    let winners = winners(&found.pool, &asked, aim, SEARCH_TRIAL_S);
+    let walks: Vec<OverDraws> = winners.iter().map(|winner| hunt.over_draws(&winner.motion)).collect();
+    let places: Vec<(f64, f64)> =
+        walks.iter().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();
+    let kept = undominated(&places);
+    let dropped = kept.iter().filter(|kept| !**kept).count();
+    let on_it = winners.into_iter().zip(walks).zip(kept).filter_map(|(point, kept)| kept.then_some(point));
+    let mut points: Vec<Point> = on_it
+        .map(|(Winner { asked_m_s, motion }, walks)| {
+            let reached = asked_m_s.iter().rev().find(|asked| **asked <= walks.speed_m_s.median);
+            let asked_m_s = reached.or(asked_m_s.first()).copied().unwrap_or(least_m_s);
+            let amplitudes = hunt.over_amplitudes(&motion);
+            Point { asked_m_s, motion, walks, amplitudes }
+        })
+        .collect();
+    points.sort_by(|a, b| a.walks.speed_m_s.median.total_cmp(&b.walks.speed_m_s.median));
+    let fastest_m_s = points.last().map_or(0.0, |point| point.walks.speed_m_s.median);
+    asked.retain(|asked| *asked > fastest_m_s);
+    Front { points, dropped, unreached_m_s: asked }
 }
 
-/// The table for people.
-pub fn print(points: &[Point], robot: &Robot, folder: &Path) {
-    if points.is_empty() {
-        return;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_budget_of_a_front_is_enough_for_each_of_its_steps_and_no_smaller_one_is() {
+        let least = least_budget();
+
+        assert!(first_budget(least) >= LEAST_TRIALS && each(least) >= least_step(first_budget(least)));
+        let below = least - 100;
+        assert!(first_budget(below) < LEAST_TRIALS || each(below) < least_step(first_budget(below)));
     }
-    println!("\nasked m/s   speed m/s   cost of transport (10 %, 90 %)   power W   stride s");
-    for Point { asked_m_s, motion, walks } in points {
-        let cost = &walks.cost_of_transport;
-        println!(
-            "{asked_m_s:9.2} {:11.3} {:19.3} ({:.3}, {:.3}) {:9.2} {:10.2}   predicted",
-            walks.speed_m_s.median, cost.median, cost.p10, cost.p90, walks.power_w.median, motion.period_s
-        );
-    }
-    for ((speed_m_s, cost), method) in
-        figure::measured(robot).into_iter().flatten().zip(["original", "sinusoid", "PSTO"])
-    {
-        println!("{:>9} {speed_m_s:11.3} {cost:19.3} {:>25} measured, {method}", "", "");
-    }
-    println!("{}", folder.join(FIGURE).display());
 }

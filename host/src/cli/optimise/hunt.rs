@@ -2,23 +2,26 @@
 
 use super::Args;
 use crate::optimise::basis::Basis;
-use crate::optimise::report::{AtAmplitude, OverDraws, TRIAL_S, over_amplitudes, over_draws};
+use crate::optimise::report::{AtAmplitude, Fresh, OverDraws, TRIAL_S, over_amplitudes, over_draws};
 use crate::optimise::score::{Aim, Test};
-use crate::optimise::search::{Found, Progress, Search, Start};
+use crate::optimise::search::{Found, Progress, Search, Stage, Start};
 use crate::optimise::space::{Bounds, Motion, Space};
-use crate::optimise::tolerances::Tolerances;
+use crate::optimise::tolerances::{Draw, Tolerances};
 use crate::robot::Robot;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Length of a trial of the search; reports take the paper's 12 s.
-const SEARCH_TRIAL_S: f64 = 5.0;
+pub const SEARCH_TRIAL_S: f64 = 5.0;
 /// The report's seed is another than the search's.
 const REPORT_SEED: u64 = 0x5eed_0f7e;
 /// Reports only play; what was aimed at does not matter to a walk.
 const REPORT: Test = Test { aim: Aim::Speed, duration_s: TRIAL_S };
 /// Draws at each amplitude: a quarter of the report's.
 const AMPLITUDE_SHARE: usize = 4;
+/// Between walks that are only for the eye.
+const SHOWN_EVERY: Duration = Duration::from_secs(2);
 
 /// What all searches of a command share.
 pub struct Hunt<'a> {
@@ -35,18 +38,22 @@ impl Hunt<'_> {
         self.watched(aim, budget, "", |search, progress| search.run(start, progress))
     }
 
-    /// From a gait that was found.
-    pub fn next(&self, aim: Aim, from: &Motion, budget: u64, what: &str) -> Found {
-        self.watched(aim, budget, what, |search, progress| search.go_on(from, progress))
+    /// On from what was found so far, for another aim.
+    pub fn next(&self, found: &mut Found, aim: Aim, number: u64, budget: u64, what: &str) {
+        self.watched(aim, budget, what, |search, progress| search.go_on(found, number, progress));
     }
 
-    fn watched(
+    pub fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn watched<T>(
         &self,
         aim: Aim,
         budget: u64,
         what: &str,
-        go: impl FnOnce(&Search<'_>, &mut dyn FnMut(&Progress<'_>) -> bool) -> Found,
-    ) -> Found {
+        go: impl FnOnce(&Search<'_>, &mut dyn FnMut(&Progress<'_>)) -> T,
+    ) -> T {
         let bounds = Bounds::of(self.robot);
         let space = |waves| Space::new(self.basis.clone(), bounds, waves);
         let search = Search {
@@ -56,39 +63,89 @@ impl Hunt<'_> {
             tolerances: self.tolerances,
             seed: self.args.seed,
             budget,
+            stop: self.stop,
         };
-        let bar = ProgressBar::new(budget).with_style(
-            ProgressStyle::with_template(
-                "{prefix}{bar:30} {pos}/{len} trials, {msg}, {elapsed} gone, {eta} to go",
-            )
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
-        bar.set_prefix(what.to_owned());
-        let mut said = 0;
-        let found = go(&search, &mut |progress: &Progress<'_>| {
-            let words = format!("score {:.3}, {:.2} s a stride", progress.score, progress.motion.period_s);
-            bar.set_position(progress.trials);
-            // For logs: a line a tenth.
-            if bar.is_hidden() && progress.trials >= said + budget / 10 {
-                said = progress.trials;
-                eprintln!("{what}{said} of {budget} trials, {words}");
-            }
-            bar.set_message(words);
-            !self.stop.load(Ordering::Relaxed)
-        });
-        bar.finish_and_clear();
+        let mut shown = Shown::new(&search, what);
+        let found = go(&search, &mut |progress| shown.show(progress));
+        shown.bar.finish_and_clear();
         found
     }
 
     /// A gait over robots that no search has seen.
     pub fn over_draws(&self, motion: &Motion) -> OverDraws {
-        let (seed, draws) = (REPORT_SEED ^ self.args.seed, usize::from(self.args.draws));
-        over_draws(self.robot, &self.tolerances, &REPORT, motion, 1.0, (seed, draws))
+        let fresh = self.fresh(usize::from(self.args.draws));
+        over_draws(self.robot, &self.tolerances, &REPORT, motion, 1.0, fresh)
     }
 
     /// The same from half its stroke to one and a half, over fewer robots.
     pub fn over_amplitudes(&self, motion: &Motion) -> Vec<AtAmplitude> {
-        let draws = usize::from(self.args.draws).div_ceil(AMPLITUDE_SHARE);
-        over_amplitudes(self.robot, &self.tolerances, &REPORT, motion, (REPORT_SEED ^ self.args.seed, draws))
+        let fresh = self.fresh(usize::from(self.args.draws).div_ceil(AMPLITUDE_SHARE));
+        over_amplitudes(self.robot, &self.tolerances, &REPORT, motion, fresh)
+    }
+
+    fn fresh(&self, draws: usize) -> Fresh<'_> {
+        Fresh { seed: REPORT_SEED ^ self.args.seed, draws, stop: self.stop }
+    }
+}
+
+/// The progress bar, or a line a tenth in logs.
+struct Shown<'a> {
+    bar: ProgressBar,
+    what: &'a str,
+    budget: u64,
+    /// The last line was at these trials.
+    said: Option<u64>,
+    test: Test,
+    nominal: Draw,
+    best: Option<(Instant, Motion, String)>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(search: &Search<'_>, what: &'a str) -> Self {
+        let template = "{prefix}{msg} {bar:20} {pos}/{len} trials, {elapsed} gone, {eta} to go";
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(search.budget).with_style(style);
+        bar.set_prefix(what.to_owned());
+        let (budget, test, nominal) = (search.budget, search.test, Draw::nominal(search.robot));
+        Self { bar, what, budget, said: None, test, nominal, best: None }
+    }
+
+    fn show(&mut self, progress: &Progress<'_>) {
+        let stage = match progress.stage {
+            Stage::Sowing => "sowing",
+            Stage::Rivals => "rivals",
+            Stage::Refining => "refining",
+            Stage::Judging => "judging",
+        };
+        if !self.bar.is_hidden() {
+            let best = self.words(progress.motion);
+            self.bar.set_length(self.budget.max(progress.trials));
+            self.bar.set_position(progress.trials);
+            self.bar.set_message(format!("{stage}: {best}"));
+        } else if self.said.is_none_or(|said| progress.trials >= said + self.budget / 10) {
+            self.said = Some(progress.trials);
+            let best = self.words(progress.motion);
+            eprintln!("{}{} of {} trials, {stage}: {best}", self.what, progress.trials, self.budget);
+        }
+    }
+
+    /// One walk on the fitted robot, which no budget counts and nothing is chosen by.
+    fn words(&mut self, motion: &Motion) -> String {
+        if let Some((at, known, words)) = &self.best
+            && (known == motion || (!self.bar.is_hidden() && at.elapsed() < SHOWN_EVERY))
+        {
+            return words.clone();
+        }
+        let walk = self.test.walk(&self.nominal, motion, 1.0);
+        let words = if walk.cost_of_transport.is_finite() && !walk.fell {
+            format!(
+                "best so far: cost of transport {:.3} at {:.3} m/s",
+                walk.cost_of_transport, walk.speed_m_s
+            )
+        } else {
+            "none walks yet".to_owned()
+        };
+        self.best = Some((Instant::now(), motion.clone(), words.clone()));
+        words
     }
 }

@@ -4,6 +4,7 @@ use crate::cli::explain::path_text;
 use crate::gait_file::{GaitFile, gait_sha256};
 use crate::optimise::report::{AtAmplitude, OverDraws, PowerBooks, Quantiles, floor, power_books};
 use crate::optimise::space::{Motion, SPEED_MARGIN};
+use crate::optimise::tolerances::has_spread;
 use crate::robot::Robot;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -23,6 +24,8 @@ pub struct Outcome<'a> {
     pub at_least_m_s: Option<f64>,
     pub seed: u64,
     pub wall_s: f64,
+    /// Told to stop: fewer robots, perhaps no amplitudes.
+    pub interrupted: bool,
 }
 
 impl Outcome<'_> {
@@ -33,6 +36,7 @@ impl Outcome<'_> {
             "seed": self.seed,
             "wall_s": self.wall_s,
             "evaluations": self.trials,
+            "interrupted": self.interrupted,
             "gait": path_text(self.path),
             "gait_sha256": self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
             "period_s": motion.period_s,
@@ -45,12 +49,30 @@ impl Outcome<'_> {
             "yaw_deg_median": walks.yaw_deg.median,
             "setpoint_speed_max_rad_s": motion.fastest_deg_s(1.0).to_radians(),
             "servo_speed_rad_s": robot.servo.top_speed_rad_s(),
+            "slower_servos_share": self.slower_share(),
+            "twin_spread_used": has_spread(robot),
             "over_draws": walks,
             "amplitudes": self.amplitudes,
             "safe_amplitudes": self.gait.provenance.safe_amplitudes,
             "power": power_books(robot, motion),
             "cost_of_transport_of_electronics": floor(robot, walks.speed_m_s.median),
         })
+    }
+
+    /// Share of the drawn robots whose servos are slower than the gait's fastest setpoint.
+    fn slower_share(&self) -> f64 {
+        self.walks.slower_servos as f64 / self.walks.draws.max(1) as f64
+    }
+
+    /// What was asked for and is not so.
+    pub fn warn(&self) {
+        let median_m_s = self.walks.speed_m_s.median;
+        if let Some(asked_m_s) = self.at_least_m_s.filter(|asked_m_s| median_m_s < *asked_m_s) {
+            eprintln!(
+                "warning: it walks at {median_m_s:.3} m/s, slower than the {asked_m_s} m/s that were asked \
+                 for; search longer (--budget) or ask for less (--min-speed)"
+            );
+        }
     }
 
     pub fn print(&self) {
@@ -77,10 +99,35 @@ impl Outcome<'_> {
             100.0 * SPEED_MARGIN
         );
         println!(
+            "{} of these {} robots have servos slower than that, by make or supply: theirs lag",
+            walks.slower_servos, walks.draws
+        );
+        println!(
             "servos are at the end of their torque for {:.1} % of the time",
             100.0 * walks.strained_share.median
         );
 
+        if self.amplitudes.is_empty() {
+            println!("\nInterrupted: it was not looked at over amplitudes, and declares none as safe.");
+        } else {
+            self.print_amplitudes();
+        }
+
+        if let Some(books) = power_books(robot, motion) {
+            print_books(&books);
+        }
+        println!(
+            "The electronics alone cost {:.3} at that speed: no gait is cheaper.",
+            floor(robot, walks.speed_m_s.median)
+        );
+        self.print_doubts();
+        println!("\n{}", self.path.display());
+        if let Some([least, _]) = gait.provenance.safe_amplitudes {
+            println!("Next: cargo run -p host -- upload-gait --amp {least} --gait {}", self.path.display());
+        }
+    }
+
+    fn print_amplitudes(&self) {
         println!("\namplitude   cost of transport   speed m/s   safe");
         for at in self.amplitudes {
             println!(
@@ -91,23 +138,24 @@ impl Outcome<'_> {
                 if at.safe { "yes" } else { "no" }
             );
         }
-        match gait.provenance.safe_amplitudes {
+        match self.gait.provenance.safe_amplitudes {
             Some([least, most]) => println!("the gait declares {least} to {most}"),
             None => println!("the gait declares none: at its own stroke bounds are not kept, or robots fell"),
         }
+    }
 
-        if let Some(books) = power_books(robot, motion) {
-            print_books(&books);
+    fn print_doubts(&self) {
+        if !has_spread(self.robot) {
+            println!(
+                "\nNo fit says how sure it is of this robot's numbers (no [twin.spread] in robot.toml): the robots \
+                 differ by tolerances alone."
+            );
         }
-        println!(
-            "The electronics alone cost {:.3} at that speed: no gait is cheaper.",
-            floor(robot, walks.speed_m_s.median)
-        );
-        if robot.twin.is_some() {
+        if self.robot.twin.is_some() {
             println!(
                 "\nThese are predictions: the twin was fitted to walks of up to {MEASURED_M_S} m/s, and this is {:.1} \
                  times that.",
-                walks.speed_m_s.median / MEASURED_M_S
+                self.walks.speed_m_s.median / MEASURED_M_S
             );
         } else {
             println!("\nThese are predictions of a robot that no trial was ever held against.");
@@ -115,10 +163,6 @@ impl Outcome<'_> {
         println!(
             "On a real robot look first at the feet: do they slip as they should, does it turn, are servos warm?"
         );
-        println!("\n{}", self.path.display());
-        if let Some([least, _]) = gait.provenance.safe_amplitudes {
-            println!("Next: cargo run -p host -- upload-gait --amp {least} --gait {}", self.path.display());
-        }
     }
 }
 

@@ -11,6 +11,11 @@ use std::path::Path;
 /// Where a learned gait is as wide as its policy walked: 45 degrees an action over 24.
 const POLICYS_STROKE: f64 = 1.875;
 
+/// Whether it names something that has an amplitude.
+pub fn is_a_gait(text: &str) -> bool {
+    !["nothing", "sinusoid"].contains(&text)
+}
+
 /// The start of that name, or the gait of that file or run.
 pub fn read(text: &str, amplitude: Option<f64>) -> Result<Start, Failure> {
     match text {
