@@ -7,10 +7,15 @@
 //! and numbers that are none.
 
 mod axis;
+mod marks;
+mod raster;
 mod svg;
+mod table;
 
 pub use axis::Axis;
 pub use plotters::style::RGBColor as Colour;
+pub use raster::to_png;
+pub use table::Table;
 
 use plotters::drawing::DrawingAreaErrorKind;
 use thiserror::Error;
@@ -47,6 +52,23 @@ pub enum PlotError {
     /// The drawing library's reason.
     #[error("cannot draw the figure")]
     Drawing(#[from] DrawingAreaErrorKind<std::io::Error>),
+    /// No picture in pixels: the drawing is none.
+    #[error("cannot read the drawing back")]
+    Svg(#[from] resvg::usvg::Error),
+    /// No memory for so many pixels, or none at all.
+    #[error("a picture of {width_px} x {height_px} pixels cannot be made")]
+    Size {
+        /// Across.
+        width_px: u32,
+        /// Down.
+        height_px: u32,
+    },
+    /// The picture's format has no place for it.
+    #[error("cannot write the picture as PNG: {reason}")]
+    Png {
+        /// The encoder's reason.
+        reason: String,
+    },
 }
 
 /// How points are shown.
@@ -60,6 +82,13 @@ pub enum Mark {
     Dashes,
     /// The area between the first half of the points and the second, which runs back.
     Band,
+    /// A large dot a point: few of them, each a result.
+    Points,
+    /// A large diamond a point: somebody else's results.
+    Diamonds,
+    /// From the first point to the second, the third to the fourth and so on, with a
+    /// cross-stroke at both ends; where one leaves the panel, it is cut and has none there.
+    Whiskers,
 }
 
 /// Points of one kind.
@@ -84,6 +113,26 @@ impl Layer {
     }
 }
 
+/// On which side of its place a text stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// It ends there.
+    Left,
+    /// It begins there.
+    Right,
+}
+
+/// A text in a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// Where, in the units of the axes.
+    pub at: (f64, f64),
+    /// On which side of that.
+    pub side: Side,
+    /// What.
+    pub text: String,
+}
+
 /// Axes and what is drawn between them, first to last.
 #[derive(Debug, Clone)]
 pub struct Panel {
@@ -97,6 +146,8 @@ pub struct Panel {
     pub top: Option<Axis>,
     /// The later hides the earlier.
     pub layers: Vec<Layer>,
+    /// Above all layers.
+    pub notes: Vec<Note>,
 }
 
 /// A line of the legend.
@@ -130,7 +181,8 @@ impl Figure {
     /// [`PlotError`]
     pub fn to_svg(&self) -> Result<String, PlotError> {
         for panel in &self.panels {
-            let mut points = panel.layers.iter().flat_map(|layer| &layer.points);
+            let drawn = panel.layers.iter().flat_map(|layer| &layer.points);
+            let mut points = drawn.chain(panel.notes.iter().map(|note| &note.at));
             if let Some(&(x, y)) = points.find(|(x, y)| !(x.is_finite() && y.is_finite())) {
                 return Err(PlotError::NotFinite { panel: panel.title.clone(), x, y });
             }

@@ -7,6 +7,7 @@
 mod figure;
 mod files;
 
+pub(crate) use figure::of_stride;
 pub use files::{FIGURE, RECORD, SPREAD};
 
 use crate::env::Env as _;
@@ -199,7 +200,12 @@ pub fn record(
 
 /// As `fit` does it where nobody says how strides join.
 fn fit_samples(samples: &[Sample], window_s: Option<f64>) -> Result<[JointFit; JOINT_COUNT], FitError> {
-    fit::fit(samples, &SCALE, Seam::usual(window_s.is_some()))
+    fit_with(samples, Seam::usual(window_s.is_some()))
+}
+
+/// At the policy's own stroke.
+fn fit_with(samples: &[Sample], seam: Seam) -> Result<[JointFit; JOINT_COUNT], FitError> {
+    fit::fit(samples, &SCALE, seam)
 }
 
 /// The trials in order, shared out over the processor's cores.

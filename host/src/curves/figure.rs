@@ -73,7 +73,7 @@ pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
         }
         let heights = layers.iter().flat_map(|layer| &layer.points).map(|&(_, y)| y);
         let y = Axis::round(label, heights.collect::<Vec<_>>(), 6);
-        Panel { title: title.into(), x: x.clone(), y, top, layers }
+        Panel { title: title.into(), x: x.clone(), y, top, layers, notes: vec![] }
     };
     let panels = vec![
         panel("Evaluation reward", "reward of an episode", steps_axis(&rows, &x), |score| &score.reward),

@@ -7,11 +7,13 @@
 
 pub mod at_speed;
 pub mod claims;
+pub mod figures;
 pub mod ledger;
 pub mod materials;
 pub mod method;
 pub mod paper;
 pub mod plan;
+pub mod report;
 pub mod study;
 pub mod summary;
 pub mod trial;

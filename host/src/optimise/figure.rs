@@ -51,7 +51,7 @@ pub fn of_amplitudes(amplitudes: &[AtAmplitude]) -> Figure {
             Layer { mark: Mark::Dots, colour: VERMILION, points: at(|q| q.median, true) },
         ];
         let heights: Vec<f64> = layers.iter().flat_map(|layer| &layer.points).map(|&(_, y)| y).collect();
-        Panel { title: title.into(), x: x.clone(), y: Axis::round(label, heights, 6), top: None, layers }
+        Panel { title: title.into(), x: x.clone(), y: Axis::round(label, heights, 6), top: None, layers, notes: vec![] }
     };
     Figure {
         title: "A searched gait over amplitudes, predicted".into(),
@@ -103,7 +103,7 @@ pub fn of_front(robot: &Robot, front: &[OverDraws]) -> Figure {
     }
     let title =
         format!("{}: cost of transport against speed, legs of {} L", robot.name, robot.geometry.leg_scale);
-    let panel = Panel { title: String::new(), x, y, top: None, layers };
+    let panel = Panel { title: String::new(), x, y, top: None, layers, notes: vec![] };
     Figure { title, legend, columns: 1, panel_px: (820, 480), panels: vec![panel] }
 }
 

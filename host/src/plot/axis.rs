@@ -20,6 +20,8 @@ pub struct Axis {
     pub ticks: Vec<f64>,
     /// Digits after the point that tell neighbouring ticks apart.
     decimals: usize,
+    /// What stands at the ticks instead of numbers.
+    names: Vec<String>,
 }
 
 impl Axis {
@@ -44,6 +46,15 @@ impl Axis {
         Self::widened(label, (least, most), step)
     }
 
+    /// Things instead of numbers: the first at 1, the second at 2.
+    pub fn named(names: impl IntoIterator<Item = String>) -> Self {
+        let names: Vec<String> = names.into_iter().collect();
+        let count = names.len();
+        let ticks = (1..=count).map(|place| place as f64).collect();
+        let most = count.max(1) as f64 + 0.5;
+        Self { label: String::new(), least: 0.5, most, ticks, decimals: 0, names }
+    }
+
     fn widened(label: &str, (least, most): (f64, f64), step: f64) -> Self {
         // For a hair beyond a label, half a pixel, there is no further one.
         let out = |value: f64| (value / step - 0.02).ceil() * step;
@@ -55,12 +66,16 @@ impl Axis {
         let last = (most / step + 1e-9).floor();
         let ticks = (0..=(last - first).max(0.0) as u32).map(|i| (first + f64::from(i)) * step);
         let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize;
-        Self { label: label.into(), least, most, ticks: ticks.collect(), decimals }
+        Self { label: label.into(), least, most, ticks: ticks.collect(), decimals, names: Vec::new() }
     }
 
     /// A tick's text: thousands with commas, a minus as wide as a plus.
     #[must_use]
     pub fn text(&self, tick: f64) -> String {
+        let name = self.ticks.iter().position(|&other| other == tick).and_then(|place| self.names.get(place));
+        if let Some(name) = name {
+            return name.clone();
+        }
         // Rounded here, plus zero: there is no -0.
         let scale = 10_f64.powi(self.decimals as i32);
         let tick = (tick * scale).round() / scale + 0.0;

@@ -3,18 +3,18 @@
 //! Owns sizes and places. plotters knows whole pixels only, so that everything
 //! is drawn [`FINE`] times as large and shown that much smaller.
 
-use super::{Axis, Colour, Entry, Figure, Mark, Panel, PlotError};
+use super::{Axis, Colour, Entry, Figure, Panel, PlotError, Side, marks};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Units of the drawing in a pixel of the picture.
-const FINE: u32 = 8;
-const TITLE_PX: f64 = 17.0;
-const TEXT_PX: f64 = 13.0;
+pub const FINE: u32 = 8;
+pub const TITLE_PX: f64 = 17.0;
+pub const TEXT_PX: f64 = 13.0;
 const TICK_PX: f64 = 12.0;
 /// Around everything.
-const MARGIN_PX: u32 = 12;
+pub const MARGIN_PX: u32 = 12;
 /// Of a line of the legend.
 const LEGEND_ROW_PX: u32 = 22;
 const TITLE_ROW_PX: u32 = 30;
@@ -25,15 +25,13 @@ const GAP_PX: u32 = 26;
 /// Widest a letter is on average in the fonts that browsers take for sans-serif, in heights.
 const LETTER_WIDTH: f64 = 0.58;
 
-const INK: Colour = Colour(38, 38, 38);
-const GRID: Colour = Colour(228, 228, 228);
-const FRAME: Colour = Colour(150, 150, 150);
-/// Bands let the grid, and each other, through.
-const BAND_OPACITY: f64 = 0.25;
+pub const INK: Colour = Colour(38, 38, 38);
+pub const GRID: Colour = Colour(228, 228, 228);
+pub const FRAME: Colour = Colour(150, 150, 150);
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-const fn fine(px: u32) -> i32 {
+pub const fn fine(px: u32) -> i32 {
     (px * FINE) as i32
 }
 
@@ -43,7 +41,7 @@ fn font(px: f64, colour: Colour, horizontal: HPos, vertical: VPos) -> TextStyle<
     ("sans-serif", size).into_font().color(&colour).pos(Pos::new(horizontal, vertical))
 }
 
-fn text_width_px(text: &str, px: f64) -> u32 {
+pub fn text_width_px(text: &str, px: f64) -> u32 {
     (text.chars().count() as f64 * px * LETTER_WIDTH).ceil() as u32
 }
 
@@ -84,7 +82,7 @@ fn shown_smaller(svg: &str, (width_px, height_px): (u32, u32)) -> String {
 }
 
 /// XML has no place for control characters and for two others, not even escaped.
-fn printable(text: &str) -> String {
+pub fn printable(text: &str) -> String {
     let has_place = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     text.chars().map(|c| if has_place(c) { c } else { '?' }).collect()
 }
@@ -126,39 +124,12 @@ fn draw_legend(root: &Area, entries: &[(u32, Entry)], middle: i32) -> Result<(),
         let left = fine(MARGIN_PX + left_px);
         let right = left + fine(SWATCH_PX - 6);
         for &(mark, colour) in &entry.marks {
-            match mark {
-                Mark::Dots => {
-                    root.draw(&Circle::new(((left + right) / 2, middle), fine(3), colour.filled()))?;
-                }
-                Mark::Band => {
-                    let corners = [(left, middle - fine(6)), (right, middle + fine(6))];
-                    root.draw(&Rectangle::new(corners, colour.mix(BAND_OPACITY).filled()))?;
-                }
-                Mark::Line => {
-                    root.draw(&PathElement::new([(left, middle), (right, middle)], stroke(colour)))?
-                }
-                Mark::Dashes => {
-                    let dash = (right - left) * 2 / 5;
-                    for (from, to) in [(left, left + dash), (right - dash, right)] {
-                        root.draw(&PathElement::new([(from, middle), (to, middle)], stroke(colour)))?;
-                    }
-                }
-            }
+            marks::draw_swatch(root, mark, colour, (left, right), middle)?;
         }
         let style = font(TEXT_PX, INK, HPos::Left, VPos::Center);
         root.draw(&Text::new(printable(&entry.label), (left + fine(SWATCH_PX), middle), style))?;
     }
     Ok(())
-}
-
-/// As large as lets many dots be dots, within reason.
-fn dot_radius(count: usize, width: u32) -> u32 {
-    let apart = width / (count as u32).max(1);
-    (apart / 2).clamp(FINE * 7 / 8, 2 * FINE)
-}
-
-fn stroke(colour: Colour) -> ShapeStyle {
-    colour.stroke_width(2 * FINE)
 }
 
 /// Along the y axis; panels below each other begin at the same place.
@@ -185,33 +156,29 @@ fn draw_panel(area: &Area, panel: &Panel, left: i32) -> Result<(), PlotError> {
     for &tick in &y.ticks {
         chart.draw_series([PathElement::new([(x.least, tick), (x.most, tick)], GRID.stroke_width(FINE))])?;
     }
-    for layer in &panel.layers {
-        match layer.mark {
-            Mark::Dots => {
-                let radius = dot_radius(layer.points.len(), chart.plotting_area().dim_in_pixel().0);
-                let dot = |&at: &(f64, f64)| Circle::new(at, radius, layer.colour.filled());
-                chart.draw_series(layer.points.iter().map(dot))?;
-            }
-            Mark::Band => {
-                let style = layer.colour.mix(BAND_OPACITY).filled();
-                chart.draw_series([Polygon::new(layer.points.clone(), style)])?;
-            }
-            Mark::Line => {
-                chart.draw_series([PathElement::new(layer.points.clone(), stroke(layer.colour))])?;
-            }
-            Mark::Dashes => {
-                let style = stroke(layer.colour);
-                let points = layer.points.clone();
-                chart.draw_series(DashedLineSeries::new(points, fine(7), fine(5), style))?;
-            }
-        }
-    }
+    marks::draw_layers(&mut chart, panel)?;
     let frame = [(x.least, y.least), (x.most, y.most)];
     chart.draw_series([Rectangle::new(frame, FRAME.stroke_width(FINE))])?;
-    label_axes(area, panel, &chart)
+    label_axes(area, panel, &chart)?;
+    write_notes(area, panel, &chart)
 }
 
-type Chart<'a, 'b> = ChartContext<
+/// Beside their places, clear of the marks there.
+fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
+    let (origin_x, origin_y) = area.get_base_pixel();
+    for note in &panel.notes {
+        let (across, down) = chart.backend_coord(&note.at);
+        let (side, away) = match note.side {
+            Side::Left => (HPos::Right, -fine(9)),
+            Side::Right => (HPos::Left, fine(9)),
+        };
+        let at = (across - origin_x + away, down - origin_y);
+        area.draw(&Text::new(printable(&note.text), at, font(TICK_PX, INK, side, VPos::Center)))?;
+    }
+    Ok(())
+}
+
+pub type Chart<'a, 'b> = ChartContext<
     'a,
     SVGBackend<'b>,
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,

@@ -13,6 +13,7 @@ fn figure(points: Vec<(f64, f64)>) -> Figure {
             y: Axis::round("height (m)", heights, 6),
             top: Some(Axis::exact("steps", [0.0, 2500.0], 5)),
             layers: vec![Layer { mark: Mark::Line, colour: BLUE, points }],
+            notes: vec![],
         }],
     }
 }

@@ -1,0 +1,239 @@
+//! The paper's Figures 3 to 8 and its Table 2, from a study.
+//!
+//! Owns which there are, their captions and files, and one colour for each
+//! method. A figure is made of what there is; where nothing is there, it says
+//! why. Computes no result of its own but trends and the powers of Figure 5.
+
+pub mod best;
+pub mod points;
+pub mod power;
+pub mod sweeps;
+
+use super::method::Method;
+use super::paper;
+use super::study::{LegStudy, Study};
+use crate::curves::{self, Band, RunCurves, TooManyRuns};
+use crate::plot::{self, Colour, Figure, PALETTE, PlotError};
+use crate::record;
+use crate::run_folder::{self, FileError};
+use points::Quantity;
+use std::path::Path;
+use thiserror::Error;
+
+/// Of a panel in a column of its own.
+const WIDTH_PX: u32 = 640;
+/// Pixels of a PNG for one of the drawing.
+pub const PNG_SCALE: f32 = 2.0;
+/// One method that has no name for its colour.
+const GREY: Colour = Colour(130, 130, 130);
+
+/// Why a figure is not there.
+#[derive(Debug, Error)]
+pub enum Missing {
+    /// Its legs' policy came without a learning curve.
+    #[error("no learning curve came with the policies of this study")]
+    NoLearning,
+    /// More curves than colours.
+    #[error(transparent)]
+    TooManyRuns(#[from] TooManyRuns),
+    /// Its legs' policy came without a recording.
+    #[error("no averaged stride came with the policy of these legs")]
+    NoStride,
+    /// Nothing that walked counts.
+    #[error("no trial that counts")]
+    NoTrials,
+    /// Figure 5 has one pair of legs and one speed.
+    #[error("no method walked at {speed_m_s} m/s on long legs: {found}")]
+    NoPower {
+        /// The paper's speed.
+        speed_m_s: f64,
+        /// What each method did instead.
+        found: String,
+    },
+    /// The drawing's reason.
+    #[error("the figure cannot be drawn: {0}")]
+    Plot(#[from] PlotError),
+}
+
+/// A figure, or why there is none.
+#[derive(Debug)]
+pub struct Drawn {
+    /// Of its files, and its place in the report: `figure-6`.
+    pub name: String,
+    /// As the paper numbers it.
+    pub heading: String,
+    /// What is seen.
+    pub caption: String,
+    /// The text of an SVG file.
+    pub svg: Result<String, Missing>,
+}
+
+/// Why figures were not written.
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// A picture in pixels could not be made.
+    #[error("{name} as PNG")]
+    Png {
+        /// Which figure.
+        name: String,
+        /// Why.
+        source: PlotError,
+    },
+    /// The disk's reason.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// The colour of a method, the same in every figure; black is the authors'.
+#[must_use]
+pub const fn colour(method: Method) -> Colour {
+    match method {
+        Method::Psto => PALETTE[0],
+        Method::Sinusoid => PALETTE[1],
+        Method::Original => PALETTE[2],
+        Method::Ours => PALETTE[3],
+        Method::AuthorsPsto => PALETTE[4],
+        Method::Searched => PALETTE[5],
+        Method::AuthorsOriginal => GREY,
+    }
+}
+
+/// Legs as the paper names them.
+#[must_use]
+pub fn leg_text(leg: f64) -> String {
+    // Tenths of a centimetre, and no `.0`.
+    let cm = (leg * 230.0).round() / 10.0;
+    format!("{leg} L ({cm} cm)")
+}
+
+/// All figures in the paper's order.
+#[must_use]
+pub fn all(study: &Study) -> Vec<Drawn> {
+    let mut drawn = vec![learning(&study.legs)];
+    drawn.extend(study.legs.iter().map(stride));
+    drawn.push(power(study));
+    let sweep = |number: u32, what: &str, x, y| sweep(study, number, what, x, y);
+    drawn.push(sweep(6, "Cost of transport over amplification", Quantity::Amplification, Quantity::Cost));
+    drawn.push(sweep(7, "Speed over amplification", Quantity::Amplification, Quantity::Speed));
+    drawn.push(sweep(8, "Cost of transport over speed", Quantity::Speed, Quantity::Cost));
+    drawn.push(Drawn {
+        name: "table-2".into(),
+        heading: "Table 2".into(),
+        caption: "Least cost of transport and highest speed of each method, with 95 % intervals, and the \
+                  amplification that they were reached at; beside them what the authors measured."
+            .into(),
+        svg: best::table(&study.best).ok_or(Missing::NoTrials).and_then(|table| Ok(table.to_svg()?)),
+    });
+    drawn
+}
+
+/// Writes every figure there is as SVG and PNG; names the files.
+///
+/// # Errors
+/// [`WriteError`] naming the figure.
+pub fn write(folder: &Path, figures: &[Drawn]) -> Result<Vec<String>, WriteError> {
+    let mut files = Vec::new();
+    for Drawn { name, svg, .. } in figures {
+        let Ok(svg) = svg else { continue };
+        let png = plot::to_png(svg, PNG_SCALE)
+            .map_err(|source| WriteError::Png { name: name.clone(), source })?;
+        for (ending, contents) in [("svg", svg.as_bytes()), ("png", &png)] {
+            let file = format!("{name}.{ending}");
+            run_folder::write(&folder.join(&file), contents)?;
+            files.push(file);
+        }
+    }
+    Ok(files)
+}
+
+fn learning(legs: &[LegStudy]) -> Drawn {
+    let runs: Vec<RunCurves> = legs.iter().filter_map(|leg| leg.learning.clone()).collect();
+    let svg = match runs.as_slice() {
+        [] => Err(Missing::NoLearning),
+        runs => curves::figure(runs, Band::Deviation).map_err(Missing::from).and_then(svg_of),
+    };
+    Drawn {
+        name: "figure-3".into(),
+        heading: "Figure 3".into(),
+        caption: "How the policies of PSTO learned: reward and speed of evaluation episodes over updates of \
+                  the networks."
+            .into(),
+        svg,
+    }
+}
+
+fn stride(leg: &LegStudy) -> Drawn {
+    let legs = leg_text(leg.leg);
+    let svg = leg.stride.as_ref().filter(|stride| !stride.samples.is_empty()).map_or(
+        Err(Missing::NoStride),
+        |stride| {
+            let title = format!("Learned stride of {:.3} s, {legs}", stride.period_s);
+            svg_of(record::of_stride(title, stride.period_s, &stride.samples, &stride.deviations))
+        },
+    );
+    Drawn {
+        name: format!("figure-4-{}L", leg.leg),
+        heading: format!("Figure 4, {legs}"),
+        caption: "The eight joints over one stride. Dots: the mean setpoint, which \u{201c}original\u{201d} \
+                  plays; shaded: its standard deviation over strides and trials; dashed: the polynomial of \
+                  PSTO; line: the polynomial that closes where one stride ends and the next begins, and how \
+                  much of the movement it keeps (R\u{b2})."
+            .into(),
+        svg,
+    }
+}
+
+fn power(study: &Study) -> Drawn {
+    let rows = power::rows(&study.conditions);
+    let found: Vec<String> =
+        rows.iter().map(|row| format!("{} {}", row.method.label(), power::said(row))).collect();
+    let speed_m_s = paper::FIGURE_5_SPEED_M_S;
+    let svg = match power::figure(&rows) {
+        Some(figure) => svg_of(figure),
+        None if rows.is_empty() => Err(Missing::NoTrials),
+        None => Err(Missing::NoPower { speed_m_s, found: found.join("; ") }),
+    };
+    Drawn {
+        name: "figure-5".into(),
+        heading: "Figure 5".into(),
+        caption: format!(
+            "Power at {speed_m_s} m/s on long legs. Ours lies on the straight line between the two \
+             neighbouring amplifications whose mean speeds enclose {speed_m_s} m/s; its interval is that of \
+             their powers alone. Methods that never walk so slowly, or so fast, have no point: nothing is \
+             extrapolated."
+        ),
+        svg,
+    }
+}
+
+fn sweep(study: &Study, number: u32, what: &str, x: Quantity, y: Quantity) -> Drawn {
+    let found = sweeps::figure(study, what, x, y);
+    let aside = match x {
+        Quantity::Amplification => " Methods at the same amplification stand side by side.",
+        Quantity::Speed | Quantity::Cost => {
+            " The authors\u{2019} points pair the least cost and the highest speed of Table 2, which need not \
+             have the same amplification."
+        }
+    };
+    let cut = match found {
+        Some(sweeps::Sweep { cut: true, .. }) => " Intervals that reach out of the panel are cut.",
+        _ => "",
+    };
+    Drawn {
+        name: format!("figure-{number}"),
+        heading: format!("Figure {number}"),
+        caption: format!(
+            "{what}: means of the trials that count, with 95 % intervals. Curves are polynomials of second \
+             order through the means, where there are three or more.{aside} Black: what the paper prints in \
+             numbers.{cut}"
+        ),
+        svg: found.ok_or(Missing::NoTrials).and_then(|found| svg_of(found.figure)),
+    }
+}
+
+fn svg_of(figure: Figure) -> Result<String, Missing> {
+    Ok(figure.to_svg()?)
+}
+
+#[cfg(test)]
+mod tests;

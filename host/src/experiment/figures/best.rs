@@ -1,0 +1,100 @@
+//! Table 2: the best of each method, the paper's beside ours.
+//!
+//! Owns the text of its cells, for the picture and for the report.
+
+use super::leg_text;
+use super::points::same_leg;
+use crate::experiment::method::Method;
+use crate::experiment::summary::{Best, Mean};
+use crate::plot::Table;
+
+/// Where there is nothing to say.
+pub const NOTHING: &str = "\u{2013}";
+
+/// A row in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// Its legs.
+    pub leg: String,
+    /// Its method.
+    pub method: &'static str,
+    /// Ours, with interval and amplification.
+    pub cost: String,
+    /// Theirs.
+    pub paper_cost: String,
+    /// Ours, with interval and amplification.
+    pub speed: String,
+    /// Theirs.
+    pub paper_speed: String,
+    /// Whether it is the first of its legs.
+    pub first: bool,
+}
+
+/// Long legs first, methods in the order of legends.
+#[must_use]
+pub fn rows(best: &[Best]) -> Vec<Row> {
+    let mut sorted: Vec<&Best> = best.iter().collect();
+    let place = |method: Method| Method::ALL.iter().position(|&other| other == method);
+    sorted.sort_by(|a, b| b.leg.total_cmp(&a.leg).then(place(a.method).cmp(&place(b.method))));
+    let mut before: Option<f64> = None;
+    let row = |best: &Best| {
+        let first = before.replace(best.leg).is_none_or(|leg| !same_leg(leg, best.leg));
+        Row {
+            leg: leg_text(best.leg),
+            method: best.method.label(),
+            cost: reached(best.cost_of_transport, best.cost_amplification),
+            paper_cost: number(best.paper_cost_of_transport),
+            speed: reached(best.speed_m_s, best.speed_amplification),
+            paper_speed: number(best.paper_speed_m_s),
+            first,
+        }
+    };
+    sorted.into_iter().map(row).collect()
+}
+
+/// A mean with its interval.
+#[must_use]
+pub fn mean_text(mean: Mean) -> String {
+    let Mean { mean, ci95 } = mean;
+    ci95.map_or(format!("{mean:.3}"), |half| format!("{mean:.3} \u{b1} {half:.3}"))
+}
+
+fn reached(mean: Option<Mean>, amplification: Option<f64>) -> String {
+    let Some(mean) = mean else { return NOTHING.into() };
+    let at = amplification.map_or(String::new(), |times| format!(" at {times:.1}\u{d7}"));
+    mean_text(mean) + &at
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or(NOTHING.into(), |value| format!("{value:.3}"))
+}
+
+/// The columns of it.
+pub const HEADER: [&str; 6] = [
+    "legs",
+    "method",
+    "least cost of transport",
+    "paper\u{2019}s",
+    "highest speed (m/s)",
+    "paper\u{2019}s",
+];
+
+/// The picture; `None` where nothing walked.
+#[must_use]
+pub fn table(best: &[Best]) -> Option<Table> {
+    let rows = rows(best);
+    let any = best.iter().any(|best| best.cost_of_transport.is_some() || best.speed_m_s.is_some());
+    any.then(|| Table {
+        title: "Best of each method".into(),
+        header: HEADER.map(str::to_owned).to_vec(),
+        words: 2,
+        parts: (0..rows.len()).filter(|&index| index > 0 && rows[index].first).collect(),
+        rows: rows
+            .into_iter()
+            .map(|row| {
+                let leg = if row.first { row.leg } else { String::new() };
+                vec![leg, row.method.into(), row.cost, row.paper_cost, row.speed, row.paper_speed]
+            })
+            .collect(),
+    })
+}

@@ -1,0 +1,156 @@
+//! Figure 5: what walking at 0.12 m/s costs each method on long legs.
+//!
+//! No trial has exactly that speed. Owns the interpolation: straight, between
+//! the two neighbouring amplifications whose speeds lie on either side. Refuses
+//! to extrapolate; where a method is never so slow or so fast, it says so.
+
+use super::colour;
+use super::points::in_order;
+use crate::experiment::method::Method;
+use crate::experiment::paper;
+use crate::experiment::summary::{Condition, Mean};
+use crate::plot::{Axis, Colour, Entry, Figure, Layer, Mark, Note, Panel, Side};
+
+/// A method's power at a speed, or why there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PowerAt {
+    /// Between two amplifications, or at one that has just that speed.
+    Interpolated {
+        /// The interval is that of the two powers; the speeds count as exact.
+        power_w: Mean,
+        /// Between which amplifications.
+        between: (f64, f64),
+    },
+    /// Its slowest walk is faster.
+    NeverSoSlow {
+        /// The slowest.
+        slowest_m_s: f64,
+    },
+    /// Its fastest walk is slower.
+    NeverSoFast {
+        /// The fastest.
+        fastest_m_s: f64,
+    },
+}
+
+/// A row of the figure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Which method.
+    pub method: Method,
+    /// Ours.
+    pub power: PowerAt,
+    /// What the paper prints.
+    pub paper_w: Option<f64>,
+}
+
+/// Every method that walked on long legs.
+#[must_use]
+pub fn rows(conditions: &[Condition]) -> Vec<Row> {
+    let row = |method: Method| {
+        let power = power_at(conditions, method, paper::LEGS[0], paper::FIGURE_5_SPEED_M_S)?;
+        Some(Row { method, power, paper_w: paper::figure_5_w(method) })
+    };
+    Method::ALL.into_iter().filter_map(row).collect()
+}
+
+/// Power at a speed; `None` of a method that did not walk. Where several pairs of
+/// neighbours enclose the speed, that of the least amplification counts.
+#[must_use]
+pub fn power_at(conditions: &[Condition], method: Method, leg: f64, speed_m_s: f64) -> Option<PowerAt> {
+    let walked: Vec<(f64, f64, Mean)> = in_order(conditions, method, leg)
+        .into_iter()
+        .filter_map(|c| Some((c.amplification, c.speed_m_s?.mean, c.power_w?)))
+        .collect();
+    if let Some(&(amplification, _, power_w)) = walked.iter().find(|(_, speed, _)| *speed == speed_m_s) {
+        return Some(PowerAt::Interpolated { power_w, between: (amplification, amplification) });
+    }
+    let around = walked.windows(2).find(|pair| (pair[0].1 - speed_m_s) * (pair[1].1 - speed_m_s) < 0.0);
+    if let Some([(first, slow, a), (second, fast, b)]) = around {
+        let share = (speed_m_s - slow) / (fast - slow);
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let ci95 = a.ci95.zip(b.ci95).map(|(a, b)| ((1.0 - share) * a).hypot(share * b));
+        let power_w = Mean { mean: mix(a.mean, b.mean), ci95 };
+        return Some(PowerAt::Interpolated { power_w, between: (*first, *second) });
+    }
+    let speeds = || walked.iter().map(|&(_, speed, _)| speed);
+    let slowest_m_s = speeds().min_by(f64::total_cmp)?;
+    let fastest_m_s = speeds().max_by(f64::total_cmp)?;
+    Some(if slowest_m_s > speed_m_s {
+        PowerAt::NeverSoSlow { slowest_m_s }
+    } else {
+        PowerAt::NeverSoFast { fastest_m_s }
+    })
+}
+
+/// In words.
+#[must_use]
+pub fn said(row: &Row) -> String {
+    let ours = match row.power {
+        PowerAt::Interpolated { power_w: Mean { mean, ci95: Some(ci95) }, .. } => {
+            format!("{mean:.3} \u{b1} {ci95:.3} W")
+        }
+        PowerAt::Interpolated { power_w: Mean { mean, ci95: None }, .. } => format!("{mean:.3} W"),
+        PowerAt::NeverSoSlow { slowest_m_s } => format!("never below {slowest_m_s:.3} m/s"),
+        PowerAt::NeverSoFast { fastest_m_s } => format!("never above {fastest_m_s:.3} m/s"),
+    };
+    row.paper_w.map_or(ours.clone(), |paper_w| format!("{ours} (paper {paper_w:.3} W)"))
+}
+
+const BLACK: Colour = Colour(0, 0, 0);
+const ROW_PX: u32 = 46;
+/// Of the power axis, for the values in words.
+const ROOM: f64 = 0.75;
+
+/// The picture; `None` where no method has a power to show.
+pub fn figure(rows: &[Row]) -> Option<Figure> {
+    let count = rows.len();
+    // The first row stands at the top.
+    let height = |index: usize| (count - index) as f64;
+    let ours = |row: &Row| match row.power {
+        PowerAt::Interpolated { power_w, .. } => Some(power_w),
+        PowerAt::NeverSoSlow { .. } | PowerAt::NeverSoFast { .. } => None,
+    };
+    let mut powers: Vec<f64> = rows.iter().filter_map(|row| row.paper_w).collect();
+    powers.extend(rows.iter().filter_map(ours).flat_map(|Mean { mean, ci95 }| {
+        let half = ci95.unwrap_or(0.0);
+        [mean - half, mean + half]
+    }));
+    if rows.iter().filter_map(ours).next().is_none() {
+        return None;
+    }
+    let exact = Axis::round("", powers, 5);
+    let most = exact.most + ROOM * (exact.most - exact.least);
+    let x = Axis::round("power from the battery (W)", [exact.least, most], 8);
+    let mut layers = Vec::new();
+    let mut notes = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let y = height(index);
+        if let Some(paper_w) = row.paper_w {
+            layers.push(Layer { mark: Mark::Diamonds, colour: BLACK, points: vec![(paper_w, y)] });
+        }
+        if let Some(Mean { mean, ci95 }) = ours(row) {
+            let colour = colour(row.method);
+            if let Some(half) = ci95 {
+                let points = vec![(mean - half, y), (mean + half, y)];
+                layers.push(Layer { mark: Mark::Whiskers, colour, points });
+            }
+            layers.push(Layer { mark: Mark::Points, colour, points: vec![(mean, y)] });
+        }
+        notes.push(Note { at: (x.most, y), side: Side::Left, text: said(row) });
+    }
+    let names = rows.iter().rev().map(|row| row.method.label().to_owned());
+    let panel = Panel { title: "1 L (23 cm)".into(), x, y: Axis::named(names), top: None, layers, notes };
+    let grey = Colour(110, 110, 110);
+    let entry = |label: &str, marks: &[_]| Entry { label: label.into(), marks: marks.to_vec() };
+    Some(Figure {
+        title: format!("Power at {} m/s", paper::FIGURE_5_SPEED_M_S),
+        legend: vec![
+            entry("here, with its 95 % interval", &[(Mark::Whiskers, grey), (Mark::Points, grey)]),
+            entry("measured by the authors", &[(Mark::Diamonds, BLACK)]),
+        ],
+        columns: 1,
+        panel_px: (super::WIDTH_PX, 90 + ROW_PX * count as u32),
+        panels: vec![panel],
+    })
+}

@@ -1,0 +1,207 @@
+use super::points::{Quadratic, in_order, series};
+use super::power::{PowerAt, power_at};
+use super::*;
+use crate::experiment::summary::{self, Condition, Mean};
+use crate::stride::Sample;
+
+fn mean(mean: f64) -> Option<Mean> {
+    Some(Mean { mean, ci95: Some(0.01) })
+}
+
+/// One that walked.
+fn walked(method: Method, leg: f64, amplification: f64, speed_m_s: f64, power_w: f64, cost: f64) -> Condition {
+    Condition {
+        method,
+        leg,
+        amplification,
+        n: 3,
+        trials: 3,
+        speed_m_s: mean(speed_m_s),
+        power_w: mean(power_w),
+        cost_of_transport: mean(cost),
+        falls: 0,
+        marks: vec![],
+        setpoint_speed_max_rad_s: None,
+        not_run: None,
+    }
+}
+
+fn not_run(method: Method, leg: f64, amplification: f64) -> Condition {
+    Condition {
+        n: 0,
+        trials: 0,
+        speed_m_s: None,
+        power_w: None,
+        cost_of_transport: None,
+        not_run: Some("beyond the servos' range".into()),
+        ..walked(method, leg, amplification, 0.0, 0.0, 0.0)
+    }
+}
+
+fn study(conditions: Vec<Condition>) -> Study {
+    let leg = |leg| LegStudy { leg, gaits: vec![], learning: None, stride: None };
+    Study {
+        venue: crate::experiment::study::Venue::Twin,
+        legs: vec![leg(1.0), leg(0.6)],
+        best: summary::best(&conditions),
+        conditions,
+        claims: vec![],
+        trials: vec![],
+        parameters: vec![],
+        skipped: vec![],
+        prepare_wall_s: 0.0,
+        wall_s: 0.0,
+    }
+}
+
+#[test]
+fn a_trend_through_three_points_is_the_parabola_through_them() {
+    // 2 - x + 3 x^2.
+    let of = |x: f64| (x, 2.0 - x + 3.0 * x * x);
+    let trend = Quadratic::through([1.0, 1.4, 2.4].into_iter().map(of)).unwrap();
+
+    for x in [1.0, 1.7, 2.4] {
+        assert!((trend.at(x) - of(x).1).abs() < 1e-9, "{x}: {}", trend.at(x));
+    }
+    assert_eq!(trend.drawn(10).len(), 11);
+    assert_eq!((trend.drawn(10)[0].0, trend.drawn(10)[10].0), (1.0, 2.4));
+}
+
+/// At -1, 0, 0 and 1 the values 1, 1, -1 and 1: a + c = 1 at the ends, a = 0 in the middle.
+#[test]
+fn a_trend_through_four_points_is_that_of_least_squares() {
+    let trend =
+        Quadratic::through([(-1.0, 1.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0)].into_iter()).unwrap();
+
+    for (x, expected) in [(-1.0, 1.0), (0.0, 0.0), (0.5, 0.25), (1.0, 1.0)] {
+        assert!((trend.at(x) - expected).abs() < 1e-9, "{x}: {}", trend.at(x));
+    }
+}
+
+#[test]
+fn two_places_have_no_trend() {
+    let through = |points: &[(f64, f64)]| Quadratic::through(points.iter().copied());
+
+    assert_eq!(through(&[]), None);
+    assert_eq!(through(&[(1.0, 1.0), (2.0, 2.0), (2.0, 3.0)]), None);
+    assert_eq!(through(&[(1.0, 1.0), (1.0, 1.0), (1.0, 1.0)]), None);
+    assert_eq!(through(&[(1.0, 1.0), (2.0, f64::NAN), (3.0, 3.0)]), None);
+}
+
+#[test]
+fn a_condition_that_was_not_run_is_absent_and_the_rest_stand_in_order() {
+    let conditions = [
+        walked(Method::Psto, 1.0, 1.4, 0.13, 0.9, 0.6),
+        not_run(Method::Psto, 1.0, 1.2),
+        walked(Method::Psto, 1.0, 1.0, 0.10, 0.8, 0.7),
+        walked(Method::Psto, 0.6, 1.0, 0.09, 0.8, 0.8),
+        walked(Method::Original, 1.0, 1.0, 0.09, 0.8, 0.9),
+    ];
+
+    let found = series(&conditions, 1.0, Quantity::Amplification, Quantity::Cost);
+
+    assert_eq!(found.iter().map(|series| series.method).collect::<Vec<_>>(), [Method::Original, Method::Psto]);
+    let places: Vec<(f64, f64)> = found[1].points.iter().map(|point| (point.x.mean, point.y.mean)).collect();
+    assert_eq!(places, [(1.0, 0.7), (1.4, 0.6)]);
+    assert_eq!(found[1].trend, None);
+    let over_speed = series(&conditions, 1.0, Quantity::Speed, Quantity::Cost);
+    assert_eq!((over_speed[1].points[0].x.mean, over_speed[1].points[0].x.ci95), (0.10, Some(0.01)));
+    assert_eq!(in_order(&conditions, Method::Psto, 1.0).len(), 3);
+}
+
+/// 0.12 lies at two thirds from 0.10 to 0.13: 0.6 + 2/3 * 0.3 = 0.8 W, and the
+/// interval is the root of (0.01/3)^2 + (0.02/3)^2 = 0.00745.
+#[test]
+fn power_at_a_speed_lies_between_the_neighbours_that_enclose_it() {
+    let conditions = [
+        walked(Method::Psto, 1.0, 1.0, 0.10, 0.6, 0.6),
+        not_run(Method::Psto, 1.0, 1.2),
+        walked(Method::Psto, 1.0, 1.4, 0.13, 0.9, 0.6),
+        // Slower again: a second pair encloses it.
+        walked(Method::Psto, 1.0, 1.6, 0.11, 5.0, 0.6),
+    ];
+
+    let found = power_at(&conditions, Method::Psto, 1.0, 0.12);
+
+    let Some(PowerAt::Interpolated { power_w, between }) = found else { panic!("{found:?}") };
+    assert!((power_w.mean - 0.8).abs() < 1e-12, "{power_w:?}");
+    assert!((power_w.ci95.unwrap() - 0.007_453_6).abs() < 1e-6, "{power_w:?}");
+    assert_eq!(between, (1.0, 1.4));
+}
+
+#[test]
+fn power_at_a_speed_that_a_method_never_has_is_not_extrapolated() {
+    let conditions = [
+        walked(Method::Psto, 1.0, 1.0, 0.10, 0.6, 0.6),
+        walked(Method::Psto, 1.0, 1.2, 0.11, 0.9, 0.6),
+        walked(Method::Original, 1.0, 1.0, 0.13, 0.9, 0.6),
+        walked(Method::Ours, 1.0, 1.0, 0.12, 0.7, 0.6),
+        not_run(Method::Sinusoid, 1.0, 1.0),
+        walked(Method::Searched, 0.6, 1.0, 0.12, 0.7, 0.6),
+    ];
+    let at = |method| power_at(&conditions, method, 1.0, 0.12);
+
+    assert_eq!(at(Method::Psto), Some(PowerAt::NeverSoFast { fastest_m_s: 0.11 }));
+    assert_eq!(at(Method::Original), Some(PowerAt::NeverSoSlow { slowest_m_s: 0.13 }));
+    assert_eq!(
+        at(Method::Ours),
+        Some(PowerAt::Interpolated { power_w: mean(0.7).unwrap(), between: (1.0, 1.0) })
+    );
+    assert_eq!((at(Method::Sinusoid), at(Method::Searched)), (None, None));
+}
+
+#[test]
+fn every_figure_is_drawn_or_says_why_not() {
+    let sweep = |method, leg| {
+        [1.0, 1.2, 1.4, 1.6].map(|times| walked(method, leg, times, 0.09 * times, 0.5 * times, 1.0 / times))
+    };
+    let conditions = [sweep(Method::Psto, 1.0), sweep(Method::Sinusoid, 1.0), sweep(Method::Psto, 0.6)];
+    let mut study = study(conditions.concat());
+    let phase = |row: i32| f64::from(row) / 30.0 * std::f64::consts::TAU;
+    let samples: Vec<Sample> = (0..30).map(|row| [0.5 * phase(row).sin(); 8]).collect();
+    let deviations = vec![[0.1; 8]; 30];
+    study.legs[0].stride =
+        Some(crate::experiment::study::LearnedStride { period_s: 1.5, samples, deviations });
+
+    let drawn = all(&study);
+
+    let names: Vec<&str> = drawn.iter().map(|drawn| drawn.name.as_str()).collect();
+    let expected = [
+        "figure-3", "figure-4-1L", "figure-4-0.6L", "figure-5", "figure-6", "figure-7", "figure-8", "table-2",
+    ];
+    assert_eq!(names, expected);
+    let missing: Vec<&str> = drawn.iter().filter(|d| d.svg.is_err()).map(|d| d.name.as_str()).collect();
+    assert_eq!(missing, ["figure-3", "figure-4-0.6L"]);
+    let six = drawn[4].svg.as_ref().unwrap();
+    assert!(six.contains("1 L (23 cm)") && six.contains("0.6 L (13.8 cm)"), "{six}");
+    assert!(drawn[7].svg.as_ref().unwrap().contains("0.625 \u{b1} 0.010 at 1.6\u{d7}"));
+    let folder = tempfile::tempdir().unwrap();
+    let files = write(folder.path(), &drawn).unwrap();
+    assert_eq!(files.len(), 12);
+    let png = std::fs::read(folder.path().join("figure-6.png")).unwrap();
+    assert_eq!(&png[1..4], b"PNG");
+}
+
+#[test]
+fn a_study_in_which_nothing_walked_has_no_figure_and_does_not_panic() {
+    let nothing = all(&study(vec![not_run(Method::Psto, 1.0, 1.0)]));
+
+    assert!(nothing.iter().all(|drawn| drawn.svg.is_err()), "{nothing:?}");
+    assert!(all(&study(vec![])).iter().all(|drawn| drawn.svg.is_err()));
+    let mut broken = study(vec![walked(Method::Psto, 1.0, 1.0, f64::NAN, f64::NAN, f64::INFINITY)]);
+    broken.legs[0].stride = Some(crate::experiment::study::LearnedStride {
+        period_s: f64::NAN,
+        samples: vec![[f64::NAN; 8]; 20],
+        deviations: vec![],
+    });
+    assert!(all(&broken).iter().any(|drawn| matches!(drawn.svg, Err(Missing::Plot(_)))));
+}
+
+#[test]
+fn methods_have_colours_of_their_own_and_none_is_the_authors() {
+    for (index, method) in Method::ALL.into_iter().enumerate() {
+        let own = colour(method);
+        assert_ne!(own, Colour(0, 0, 0));
+        assert!(Method::ALL[..index].iter().all(|&other| colour(other) != own), "{method:?}");
+    }
+}
