@@ -135,8 +135,8 @@ pub fn write(folder: &Path, figures: &[Drawn]) -> Result<Vec<String>, WriteError
     let mut files = Vec::new();
     for Drawn { name, svg, .. } in figures {
         let Ok(svg) = svg else { continue };
-        let png = plot::to_png(svg, PNG_SCALE)
-            .map_err(|source| WriteError::Png { name: name.clone(), source })?;
+        let png =
+            plot::to_png(svg, PNG_SCALE).map_err(|source| WriteError::Png { name: name.clone(), source })?;
         for (ending, contents) in [("svg", svg.as_bytes()), ("png", &png)] {
             let file = format!("{name}.{ending}");
             run_folder::write(&folder.join(&file), contents)?;

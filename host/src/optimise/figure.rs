@@ -51,7 +51,14 @@ pub fn of_amplitudes(amplitudes: &[AtAmplitude]) -> Figure {
             Layer { mark: Mark::Dots, colour: VERMILION, points: at(|q| q.median, true) },
         ];
         let heights: Vec<f64> = layers.iter().flat_map(|layer| &layer.points).map(|&(_, y)| y).collect();
-        Panel { title: title.into(), x: x.clone(), y: Axis::round(label, heights, 6), top: None, layers, notes: vec![] }
+        Panel {
+            title: title.into(),
+            x: x.clone(),
+            y: Axis::round(label, heights, 6),
+            top: None,
+            layers,
+            notes: vec![],
+        }
     };
     Figure {
         title: "A searched gait over amplitudes, predicted".into(),

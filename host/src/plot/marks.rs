@@ -49,9 +49,8 @@ pub fn draw_layers(chart: &mut Chart, panel: &Panel) -> Result<(), PlotError> {
                 chart.draw_series(layer.points.iter().map(dot))?;
             }
             Mark::Diamonds => {
-                let shape = |&at: &(f64, f64)| {
-                    EmptyElement::at(at) + Polygon::new(diamond(), layer.colour.filled())
-                };
+                let shape =
+                    |&at: &(f64, f64)| EmptyElement::at(at) + Polygon::new(diamond(), layer.colour.filled());
                 chart.draw_series(layer.points.iter().map(shape))?;
             }
             Mark::Band => {
@@ -74,9 +73,8 @@ pub fn draw_layers(chart: &mut Chart, panel: &Panel) -> Result<(), PlotError> {
 
 fn draw_whiskers(chart: &mut Chart, panel: &Panel, layer: &Layer) -> Result<(), PlotError> {
     let style = whisker(layer.colour);
-    let within = |(x, y): (f64, f64)| {
-        (x.clamp(panel.x.least, panel.x.most), y.clamp(panel.y.least, panel.y.most))
-    };
+    let within =
+        |(x, y): (f64, f64)| (x.clamp(panel.x.least, panel.x.most), y.clamp(panel.y.least, panel.y.most));
     for ends in layer.points.chunks_exact(2) {
         let (from, to) = (within(ends[0]), within(ends[1]));
         chart.draw_series([PathElement::new([from, to], style)])?;

@@ -4,8 +4,8 @@
 //! same axes, so that strokes can be compared.
 
 use super::{ACTION_DEG, Recording, fit_with};
-use crate::plot::{Axis, BLUE, Colour, Entry, Figure, Layer, Mark, PALETTE, Panel, VERMILION};
 use crate::fit::{JointFit, Seam};
+use crate::plot::{Axis, BLUE, Colour, Entry, Figure, Layer, Mark, PALETTE, Panel, VERMILION};
 use crate::stride::Sample;
 use protocol::{JOINT_COUNT, Joint};
 

@@ -28,6 +28,10 @@ pub struct Row {
     pub paper_speed: String,
     /// Whether it is the first of its legs.
     pub first: bool,
+    /// Whether nothing on these legs costs less.
+    pub is_least: bool,
+    /// Whether nothing on these legs is faster.
+    pub is_fastest: bool,
 }
 
 /// Long legs first, methods in the order of legends.
@@ -36,6 +40,12 @@ pub fn rows(best: &[Best]) -> Vec<Row> {
     let mut sorted: Vec<&Best> = best.iter().collect();
     let place = |method: Method| Method::ALL.iter().position(|&other| other == method);
     sorted.sort_by(|a, b| b.leg.total_cmp(&a.leg).then(place(a.method).cmp(&place(b.method))));
+    let winner = |leg: f64, of: fn(&Best) -> Option<Mean>, sign: f64| {
+        let own = best.iter().filter(|best| same_leg(best.leg, leg));
+        own.filter_map(|best| of(best).map(|mean| (best.method, sign * mean.mean)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(method, _)| method)
+    };
     let mut before: Option<f64> = None;
     let row = |best: &Best| {
         let first = before.replace(best.leg).is_none_or(|leg| !same_leg(leg, best.leg));
@@ -47,6 +57,8 @@ pub fn rows(best: &[Best]) -> Vec<Row> {
             speed: reached(best.speed_m_s, best.speed_amplification),
             paper_speed: number(best.paper_speed_m_s),
             first,
+            is_least: winner(best.leg, |best| best.cost_of_transport, 1.0) == Some(best.method),
+            is_fastest: winner(best.leg, |best| best.speed_m_s, -1.0) == Some(best.method),
         }
     };
     sorted.into_iter().map(row).collect()
@@ -70,14 +82,8 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// The columns of it.
-pub const HEADER: [&str; 6] = [
-    "legs",
-    "method",
-    "least cost of transport",
-    "paper\u{2019}s",
-    "highest speed (m/s)",
-    "paper\u{2019}s",
-];
+pub const HEADER: [&str; 6] =
+    ["legs", "method", "least cost of transport", "paper\u{2019}s", "highest speed (m/s)", "paper\u{2019}s"];
 
 /// The picture; `None` where nothing walked.
 #[must_use]

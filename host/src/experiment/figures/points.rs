@@ -107,9 +107,8 @@ impl Quadratic {
             return None;
         }
         let empty = Self { coefficients: [0.0; 3], least, most };
-        let basis = DMatrix::from_fn(points.len(), 3, |row, power| {
-            empty.scaled(points[row].0).powi(power as i32)
-        });
+        let basis =
+            DMatrix::from_fn(points.len(), 3, |row, power| empty.scaled(points[row].0).powi(power as i32));
         let values = DVector::from_iterator(points.len(), points.iter().map(|&(_, y)| y));
         let solved = basis.svd(true, true).solve(&values, 1e-12).ok()?;
         let coefficients = [solved[0], solved[1], solved[2]];

@@ -85,7 +85,10 @@ pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sw
         })
         .collect();
     let legend = legend(&all, x, y);
-    Some(Sweep { figure: Figure { title: title.into(), legend, columns: 1, panel_px: PANEL_PX, panels }, cut })
+    Some(Sweep {
+        figure: Figure { title: title.into(), legend, columns: 1, panel_px: PANEL_PX, panels },
+        cut,
+    })
 }
 
 fn x_values(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Vec<f64> {

@@ -9,7 +9,14 @@ fn mean(mean: f64) -> Option<Mean> {
 }
 
 /// One that walked.
-fn walked(method: Method, leg: f64, amplification: f64, speed_m_s: f64, power_w: f64, cost: f64) -> Condition {
+fn walked(
+    method: Method,
+    leg: f64,
+    amplification: f64,
+    speed_m_s: f64,
+    power_w: f64,
+    cost: f64,
+) -> Condition {
     Condition {
         method,
         leg,
@@ -70,8 +77,7 @@ fn a_trend_through_three_points_is_the_parabola_through_them() {
 /// At -1, 0, 0 and 1 the values 1, 1, -1 and 1: a + c = 1 at the ends, a = 0 in the middle.
 #[test]
 fn a_trend_through_four_points_is_that_of_least_squares() {
-    let trend =
-        Quadratic::through([(-1.0, 1.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0)].into_iter()).unwrap();
+    let trend = Quadratic::through([(-1.0, 1.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0)].into_iter()).unwrap();
 
     for (x, expected) in [(-1.0, 1.0), (0.0, 0.0), (0.5, 0.25), (1.0, 1.0)] {
         assert!((trend.at(x) - expected).abs() < 1e-9, "{x}: {}", trend.at(x));
@@ -100,7 +106,10 @@ fn a_condition_that_was_not_run_is_absent_and_the_rest_stand_in_order() {
 
     let found = series(&conditions, 1.0, Quantity::Amplification, Quantity::Cost);
 
-    assert_eq!(found.iter().map(|series| series.method).collect::<Vec<_>>(), [Method::Original, Method::Psto]);
+    assert_eq!(
+        found.iter().map(|series| series.method).collect::<Vec<_>>(),
+        [Method::Original, Method::Psto]
+    );
     let places: Vec<(f64, f64)> = found[1].points.iter().map(|point| (point.x.mean, point.y.mean)).collect();
     assert_eq!(places, [(1.0, 0.7), (1.4, 0.6)]);
     assert_eq!(found[1].trend, None);
@@ -167,7 +176,14 @@ fn every_figure_is_drawn_or_says_why_not() {
 
     let names: Vec<&str> = drawn.iter().map(|drawn| drawn.name.as_str()).collect();
     let expected = [
-        "figure-3", "figure-4-1L", "figure-4-0.6L", "figure-5", "figure-6", "figure-7", "figure-8", "table-2",
+        "figure-3",
+        "figure-4-1L",
+        "figure-4-0.6L",
+        "figure-5",
+        "figure-6",
+        "figure-7",
+        "figure-8",
+        "table-2",
     ];
     assert_eq!(names, expected);
     let missing: Vec<&str> = drawn.iter().filter(|d| d.svg.is_err()).map(|d| d.name.as_str()).collect();
