@@ -38,6 +38,7 @@ demo: firmware
 	target/debug/host demo --seed $(SEED) --preset $(PRESET) --amp $(AMP)
 
 test: deps
+	scripts/setup-packages --checks
 	scripts/check
 
 # A folder without a pip of its own: that would need Debian's python3-venv.

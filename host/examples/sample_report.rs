@@ -133,7 +133,8 @@ fn stride(leg: f64) -> LearnedStride {
         let phase = TAU * row as f64 / ROWS as f64;
         std::array::from_fn(|joint| {
             let shift = joint as f64 * 0.8;
-            0.35 * leg * (phase + shift).sin() + 0.15 * (2.0 * phase + shift).cos()
+            let fine = 0.05 * (9.0 * phase + shift).sin();
+            0.35 * leg * (phase + shift).sin() + 0.15 * (2.0 * phase + shift).cos() + fine
         })
     };
     LearnedStride {

@@ -17,6 +17,8 @@ use std::error::Error;
 const STYLE: &str = include_str!("report/style.css");
 /// What the page may load: nothing but the style within it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
+/// The figure that is a table.
+const TABLE: &str = "table-2";
 /// Of a figure's width, on a phone.
 const SMALL: f64 = 0.85;
 /// What the paper is called.
@@ -51,7 +53,8 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                     }
                     section aria-labelledby="figures" {
                         h2 #figures { "Figures" }
-                        @for drawn in figures { (figure(drawn)) }
+                        // Table 2 stands above as a table that can be read aloud.
+                        @for drawn in figures.iter().filter(|d| d.name != TABLE) { (figure(drawn)) }
                     }
                     section aria-labelledby="claims" {
                         h2 #claims { "The paper\u{2019}s claims" }

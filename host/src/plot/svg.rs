@@ -24,6 +24,8 @@ const SWATCH_PX: u32 = 28;
 const GAP_PX: u32 = 26;
 /// Widest a letter is on average in the fonts that browsers take for sans-serif, in heights.
 const LETTER_WIDTH: f64 = 0.58;
+/// What lies below a note shows through a little.
+const NOTE_OPACITY: f64 = 0.8;
 
 pub const INK: Colour = Colour(38, 38, 38);
 pub const GRID: Colour = Colour(228, 228, 228);
@@ -173,6 +175,11 @@ fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotErro
             Side::Right => (HPos::Left, fine(9)),
         };
         let at = (across - origin_x + away, down - origin_y);
+        // On a ground of its own: what lies below would strike it through.
+        let long = fine(text_width_px(&note.text, TICK_PX)) * away.signum();
+        let high = fine(8);
+        let corners = [(at.0.min(at.0 + long), at.1 - high), (at.0.max(at.0 + long), at.1 + high)];
+        area.draw(&Rectangle::new(corners, WHITE.mix(NOTE_OPACITY).filled()))?;
         area.draw(&Text::new(printable(&note.text), at, font(TICK_PX, INK, side, VPos::Center)))?;
     }
     Ok(())

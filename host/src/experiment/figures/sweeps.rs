@@ -73,15 +73,16 @@ pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sw
     if all.is_empty() {
         return None;
     }
-    let across = Axis::round(x.label(), x_values(&all, x, y), 9);
+    let across = x_axis(&all, x, y);
     let mut cut = false;
     let panels: Vec<Panel> = all
         .iter()
         .map(|(leg, series)| {
             let printed = printed(*leg, x, y);
-            let (down, is_cut) = y_axis(series, &printed, y);
-            cut |= is_cut;
-            panel(leg_text(*leg), series, &printed, &across, down, x)
+            let down = y_axis(series, &printed, y);
+            let panel = panel(leg_text(*leg), series, &printed, &across, down, x);
+            cut |= reaches_out(&panel);
+            panel
         })
         .collect();
     let legend = legend(&all, x, y);
@@ -91,33 +92,48 @@ pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sw
     })
 }
 
-fn x_values(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Vec<f64> {
-    let ours = all.iter().flat_map(|(_, series)| series).flat_map(|series| &series.points);
-    let mut values: Vec<f64> = ours.map(|point| point.x.mean).collect();
-    values.extend(all.iter().flat_map(|(leg, _)| printed(*leg, x, y)).map(|printed| printed.at.0));
+fn x_axis(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Axis {
+    let ours = || all.iter().flat_map(|(_, series)| series).flat_map(|series| &series.points);
+    let mut shown: Vec<f64> = ours().map(|point| point.x.mean).collect();
+    shown.extend(all.iter().flat_map(|(leg, _)| printed(*leg, x, y)).map(|printed| printed.at.0));
+    let (least, most) = ends(&shown);
     if x == Quantity::Amplification {
         // Room for the points that stand aside.
-        values.extend(values.clone().iter().flat_map(|value| [value - 0.06, value + 0.06]));
+        return Axis::exact(x.label(), [least - 0.1, most + 0.1], 9);
     }
-    values
+    let reach = 0.5 * REACH * (most - least);
+    shown.extend(ours().flat_map(|point| {
+        let half = point.x.ci95.unwrap_or(0.0);
+        [(point.x.mean - half).max(least - reach), (point.x.mean + half).min(most + reach)]
+    }));
+    Axis::round(x.label(), shown, 9)
 }
 
-fn y_axis(series: &[Series], printed: &[Printed], y: Quantity) -> (Axis, bool) {
+fn ends(values: &[f64]) -> (f64, f64) {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    (least, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+}
+
+fn y_axis(series: &[Series], printed: &[Printed], y: Quantity) -> Axis {
     let points = || series.iter().flat_map(|series| &series.points);
     let mut shown: Vec<f64> = points().map(|point| point.y.mean).collect();
     shown.extend(printed.iter().map(|printed| printed.at.1));
     let trends = series.iter().filter_map(|series| series.trend);
     shown.extend(trends.flat_map(|trend| trend.drawn(TREND_STEPS)).map(|(_, height)| height));
-    let least = shown.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = shown.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (least, most) = ends(&shown);
     let reach = REACH * (most - least).max(0.1 * most.abs());
-    let mut cut = false;
     for Mean { mean, ci95 } in points().map(|point| point.y) {
         let half = ci95.unwrap_or(0.0);
-        cut |= mean - half < least - reach || mean + half > most + reach;
         shown.extend([(mean - half).max(least - reach), (mean + half).min(most + reach)]);
     }
-    (Axis::round(y.label(), shown, 7), cut)
+    Axis::round(y.label(), shown, 7)
+}
+
+/// Whether an interval ends outside.
+fn reaches_out(panel: &Panel) -> bool {
+    let out = |value: f64, axis: &Axis| value < axis.least || value > axis.most;
+    let whiskers = panel.layers.iter().filter(|layer| layer.mark == Mark::Whiskers);
+    whiskers.flat_map(|layer| &layer.points).any(|&(x, y)| out(x, &panel.x) || out(y, &panel.y))
 }
 
 fn panel(
@@ -135,6 +151,7 @@ fn panel(
             layers.push(Layer { mark: Mark::Line, colour: colour(series.method), points });
         }
     }
+    let mut dots = Vec::new();
     let middle = (series.len() as f64 - 1.0) / 2.0;
     for (index, series) in series.iter().enumerate() {
         let colour = colour(series.method);
@@ -152,10 +169,11 @@ fn panel(
                 whiskers.extend([(at.0 - half, at.1), (at.0 + half, at.1)]);
             }
         }
-        layers.push(Layer { mark: Mark::Whiskers, colour, points: whiskers });
+        layers.push(Layer { mark: Mark::Whiskers, colour: pale(colour), points: whiskers });
         let points = series.points.iter().map(|point| (point.x.mean + aside, point.y.mean)).collect();
-        layers.push(Layer { mark: Mark::Points, colour, points });
+        dots.push(Layer { mark: Mark::Points, colour, points });
     }
+    layers.append(&mut dots);
     let points = printed.iter().map(|printed| printed.at).collect();
     layers.push(Layer { mark: Mark::Diamonds, colour: BLACK, points });
     let notes = printed.iter().map(|printed| {
@@ -164,6 +182,12 @@ fn panel(
         Note { at: printed.at, side, text: printed.method.label().into() }
     });
     Panel { title, x: across.clone(), y: down, top: None, notes: notes.collect(), layers }
+}
+
+/// Intervals stand behind their means.
+fn pale(Colour(red, green, blue): Colour) -> Colour {
+    let half = |part: u8| part / 2 + 127;
+    Colour(half(red), half(green), half(blue))
 }
 
 fn legend(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Vec<Entry> {

@@ -5,7 +5,6 @@
 
 use super::duration;
 use crate::experiment::figures::best::{HEADER, NOTHING, mean_text, rows};
-use crate::experiment::figures::leg_text;
 use crate::experiment::study::{Claim, LegStudy, Parameter};
 use crate::experiment::summary::{Best, Condition, Mean};
 use maud::{Markup, html};
@@ -29,7 +28,7 @@ pub fn best(best: &[Best]) -> Markup {
         HEADER.iter().enumerate().map(|(index, name)| (*name, index >= 2)).collect();
     let strong = |text: &str, is_best: bool| html! { @if is_best { strong { (text) } } @else { (text) } };
     let table = html! {
-        table {
+        table #table-2 {
             caption {
                 "The least cost of transport and the highest speed, each with the amplification it was \
                  reached at; the best on each pair of legs is bold."
@@ -80,8 +79,8 @@ pub fn claims(claims: &[Claim]) -> Markup {
     };
     html! {
         p {
-            "Of " (claims.len()) " claims " (count(Some(true))) " hold, " (count(Some(false)))
-            " do not, and " (count(None)) " could not be judged."
+            "Claims that hold here: " (count(Some(true))) "; that do not hold: " (count(Some(false)))
+            "; that could not be judged: " (count(None)) "."
         }
         (scrolled("The paper\u{2019}s claims", &table))
     }
@@ -176,13 +175,13 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
         table {
             caption { "Each with the command and the seed that made it, and the SHA-256 of the table that is played." }
             (head(&[
-                ("legs", false), ("method", false), ("stride (s)", true), ("seed", true), ("made by", false),
+                ("legs", true), ("method", false), ("stride (s)", true), ("seed", true), ("made by", false),
                 ("SHA-256", false), ("made in", true),
             ]))
             tbody {
                 @for (leg, gait) in legs.iter().flat_map(|leg| leg.gaits.iter().map(move |gait| (leg, gait))) {
                     tr {
-                        td { (leg_text(leg.leg)) }
+                        td.number { (leg.leg) " L" }
                         th scope="row" { (gait.method.label()) }
                         td.number { (format!("{:.3}", gait.period_s)) }
                         td.number { (gait.seed.map_or(NOTHING.into(), |seed| seed.to_string())) }

@@ -64,19 +64,25 @@ impl Figure {
 /// By how much `first` differs from `second`, in percent of the latter, and which way.
 fn difference(first: f64, second: f64) -> String {
     let percent = 100.0 * (first - second).abs() / second.abs();
-    format!("{percent:.1} % {}", if first < second { "lower" } else { "higher" })
+    format!("{percent:.1}\u{a0}% {}", if first < second { "lower" } else { "higher" })
+}
+
+/// Whether two intervals lie apart; `None` without intervals.
+fn is_sure(first: Mean, second: Mean) -> Option<bool> {
+    let (a, b) = first.ci95.zip(second.ci95)?;
+    Some((first.mean - second.mean).abs() > a + b)
 }
 
 /// Whether chance explains a difference.
 #[must_use]
 pub fn sure(first: Mean, second: Mean) -> &'static str {
-    let Some((a, b)) = first.ci95.zip(second.ci95) else {
+    let Some(sure) = is_sure(first, second) else {
         return "there is no interval for one of them, so chance is not excluded";
     };
-    if (first.mean - second.mean).abs() > a + b {
-        "the 95 % intervals do not overlap"
+    if sure {
+        "the 95\u{a0}% intervals do not overlap"
     } else {
-        "the 95 % intervals overlap, so this may be chance"
+        "the 95\u{a0}% intervals overlap, so this may be chance"
     }
 }
 
@@ -129,7 +135,11 @@ fn verdict(study: &Study, leg: f64) -> Verdict {
 fn against(figure: Figure, found: &[(Method, Mean, f64)], rival: Method, leg: f64) -> Option<String> {
     let get = |method: Method| found.iter().find(|(other, ..)| *other == method);
     let (&(_, ours, our_times), &(_, theirs, their_times)) = (get(Method::Psto)?, get(rival)?);
-    let verb = if figure.is_better(ours.mean, theirs.mean) { "beats" } else { "does not beat" };
+    let verb = match (figure.is_better(ours.mean, theirs.mean), is_sure(ours, theirs)) {
+        (true, Some(true)) => "beats",
+        (true, _) => "is ahead of",
+        (false, _) => "does not beat",
+    };
     let papers = figure.papers(Method::Psto, leg).zip(figure.papers(rival, leg));
     let in_paper = papers
         .map_or(String::new(), |(psto, other)| format!(" In the paper it is {}.", difference(psto, other)));
@@ -173,8 +183,8 @@ fn where_psto_leads(study: &Study, leg: f64) -> Option<String> {
         else {
             continue;
         };
-        let apart = ours.ci95.zip(theirs.ci95).is_some_and(|(a, b)| (ours.mean - theirs.mean).abs() > a + b);
-        let side = if !apart { 2 } else { usize::from(ours.mean > theirs.mean) };
+        let apart = is_sure(ours, theirs) == Some(true);
+        let side = if apart { usize::from(ours.mean > theirs.mean) } else { 2 };
         sides[side].push(format!("{:.1}\u{d7}", condition.amplification));
     }
     let said: Vec<String> = ["less", "more", "neither more nor less beyond the intervals"]
