@@ -24,8 +24,6 @@ const SWATCH_PX: u32 = 28;
 const GAP_PX: u32 = 26;
 /// Widest a letter is on average in the fonts that browsers take for sans-serif, in heights.
 const LETTER_WIDTH: f64 = 0.58;
-/// What lies below a note shows through a little.
-const NOTE_OPACITY: f64 = 0.8;
 
 pub const INK: Colour = Colour(38, 38, 38);
 pub const GRID: Colour = Colour(228, 228, 228);
@@ -158,11 +156,31 @@ fn draw_panel(area: &Area, panel: &Panel, left: i32) -> Result<(), PlotError> {
     for &tick in &y.ticks {
         chart.draw_series([PathElement::new([(x.least, tick), (x.most, tick)], GRID.stroke_width(FINE))])?;
     }
+    clear_notes(area, panel, &chart)?;
     marks::draw_layers(&mut chart, panel)?;
     let frame = [(x.least, y.least), (x.most, y.most)];
     chart.draw_series([Rectangle::new(frame, FRAME.stroke_width(FINE))])?;
     label_axes(area, panel, &chart)?;
     write_notes(area, panel, &chart)
+}
+
+/// Grounds for notes: the grid would strike them through. What is drawn lies above
+/// them, so that no note hides a result.
+fn clear_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
+    let (origin_x, origin_y) = area.get_base_pixel();
+    for note in &panel.notes {
+        let (across, down) = chart.backend_coord(&note.at);
+        let away = match note.side {
+            Side::Left => -1,
+            Side::Right => 1,
+        };
+        let near = across - origin_x + away * fine(9);
+        let far = near + away * fine(text_width_px(&note.text, TICK_PX));
+        let (middle, half) = (down - origin_y, fine(8));
+        let corners = [(near.min(far), middle - half), (near.max(far), middle + half)];
+        area.draw(&Rectangle::new(corners, WHITE.filled()))?;
+    }
+    Ok(())
 }
 
 /// Beside their places, clear of the marks there.
@@ -175,11 +193,6 @@ fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotErro
             Side::Right => (HPos::Left, fine(9)),
         };
         let at = (across - origin_x + away, down - origin_y);
-        // On a ground of its own: what lies below would strike it through.
-        let long = fine(text_width_px(&note.text, TICK_PX)) * away.signum();
-        let high = fine(8);
-        let corners = [(at.0.min(at.0 + long), at.1 - high), (at.0.max(at.0 + long), at.1 + high)];
-        area.draw(&Rectangle::new(corners, WHITE.mix(NOTE_OPACITY).filled()))?;
         area.draw(&Text::new(printable(&note.text), at, font(TICK_PX, INK, side, VPos::Center)))?;
     }
     Ok(())

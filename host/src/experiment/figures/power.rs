@@ -100,7 +100,7 @@ pub fn said(row: &Row) -> String {
 const BLACK: Colour = Colour(0, 0, 0);
 const ROW_PX: u32 = 46;
 /// Of the power axis, for the values in words.
-const ROOM: f64 = 0.75;
+const ROOM: f64 = 1.0;
 
 /// The picture; `None` where no method has a power to show.
 pub fn figure(rows: &[Row]) -> Option<Figure> {

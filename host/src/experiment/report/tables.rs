@@ -30,14 +30,16 @@ pub fn best(best: &[Best]) -> Markup {
     let table = html! {
         table #table-2 {
             caption {
-                "The least cost of transport and the highest speed, each with the amplification it was \
-                 reached at; the best on each pair of legs is bold."
+                span {
+                    "The least cost of transport and the highest speed, each with the amplification it was \
+                     reached at; the best on each pair of legs is bold."
+                }
             }
             (head(&columns))
             tbody {
                 @for row in rows(best) {
                     tr class=[row.first.then_some("first")] {
-                        td { (row.leg) }
+                        td.leg { (row.leg) }
                         th scope="row" { (row.method) }
                         td.number { (strong(&row.cost, row.is_least)) }
                         td.number { (row.paper_cost) }
@@ -134,7 +136,7 @@ pub fn conditions(conditions: &[Condition]) -> Markup {
     let shown = |mean: Option<Mean>| mean.map_or(NOTHING.into(), mean_text);
     let table = html! {
         table {
-            caption { "Means over the trials that count, with 95 % intervals." }
+            caption { span { "Means over the trials that count, with 95 % intervals." } }
             (head(&[
                 ("method", false), ("legs", true), ("amplification", true), ("trials", true), ("count", true),
                 ("speed (m/s)", true), ("power (W)", true), ("cost of transport", true),
@@ -173,7 +175,7 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
     }
     let table = html! {
         table {
-            caption { "Each with the command and the seed that made it, and the SHA-256 of the table that is played." }
+            caption { span { "Each with the command and the seed that made it, and the SHA-256 of the table that is played." } }
             (head(&[
                 ("legs", true), ("method", false), ("stride (s)", true), ("seed", true), ("made by", false),
                 ("SHA-256", false), ("made in", true),
