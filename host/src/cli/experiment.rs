@@ -141,8 +141,8 @@ enum ExperimentError {
     Robot(#[from] RobotError),
     #[error(transparent)]
     File(#[from] FileError),
-    #[error(transparent)]
-    Plot(#[from] crate::plot::PlotError),
+    #[error("a figure could not be written")]
+    Figure(#[from] crate::experiment::figures::WriteError),
     #[error(transparent)]
     Prepare(#[from] prepare::PrepareError),
 }
@@ -174,7 +174,7 @@ impl ExperimentError {
             Self::Materials(_) | Self::Ledger(_) | Self::Reference(_) | Self::Robot(_) => {
                 failure(Cause::Input, self)
             }
-            Self::Plot(_) | Self::Prepare(_) => failure(Cause::Machine, self),
+            Self::Figure(_) | Self::Prepare(_) => failure(Cause::Machine, self),
         }
     }
 }

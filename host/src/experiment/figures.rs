@@ -84,7 +84,7 @@ pub enum WriteError {
     File(#[from] FileError),
 }
 
-/// The colour of a method, the same in every figure; black is the authors'.
+/// The colour of a method, the same in every figure; black is the authors', and one's own.
 #[must_use]
 pub const fn colour(method: Method) -> Colour {
     match method {
@@ -94,6 +94,7 @@ pub const fn colour(method: Method) -> Colour {
         Method::Ours => PALETTE[3],
         Method::AuthorsPsto => PALETTE[4],
         Method::Searched => PALETTE[5],
+        Method::Yours => PALETTE[6],
         Method::AuthorsOriginal => GREY,
     }
 }

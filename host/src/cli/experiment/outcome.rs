@@ -2,7 +2,6 @@
 
 use super::{Args, ExperimentError};
 use crate::cli::explain::path_text;
-use crate::experiment::claims;
 use crate::experiment::ledger::Identity;
 use crate::experiment::materials::Materials;
 use crate::experiment::method::OWN_STROKE;
@@ -10,6 +9,7 @@ use crate::experiment::study::{LegStudy, Parameter, Study, Venue};
 use crate::experiment::summary::{self, Condition, Mean, Planned};
 use crate::experiment::trial::Trial;
 use crate::experiment::twin_trials::PERTURBATION;
+use crate::experiment::{claims, figures, report};
 use crate::optimise::tolerances::Tolerances;
 use crate::run_folder;
 use serde_json::{Value, json};
@@ -35,7 +35,10 @@ pub struct Parts {
 pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), ExperimentError> {
     let began = parts.began;
     let mut study = study(args, parts);
+    let drawn = figures::all(&study);
+    figures::write(folder, &drawn)?;
     study.wall_s = began.elapsed().as_secs_f64();
+    run_folder::write(&folder.join(REPORT), report::html(&study, &drawn).as_bytes())?;
     let json = to_json(&study, folder);
     run_folder::write(&folder.join(RESULTS), format!("{json:#}\n").as_bytes())?;
     if args.json {
