@@ -51,18 +51,21 @@ pub enum Source {
     Fitted,
     /// Searched in simulation, without a policy.
     Searched,
+    /// Waves tuned in simulation, amplitude, phase and offset of each.
+    Sinusoid,
     /// Read back from the bytes of a table: the history is lost.
     Table,
 }
 
 impl Source {
-    /// As in files: `trained`, `fitted`, `searched`, `table`.
+    /// As in files: `trained`, `fitted`, `searched`, `sinusoid`, `table`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Trained => "trained",
             Self::Fitted => "fitted",
             Self::Searched => "searched",
+            Self::Sinusoid => "sinusoid",
             Self::Table => "table",
         }
     }

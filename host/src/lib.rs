@@ -34,6 +34,8 @@ pub mod run_folder;
 pub mod sampled;
 pub mod searched;
 pub mod sim;
+#[cfg(feature = "train")]
+pub mod sinusoid;
 pub mod stream;
 #[cfg(feature = "train")]
 pub mod stride;

@@ -27,6 +27,8 @@ mod recording;
 mod robots;
 mod set;
 mod simulate;
+#[cfg(feature = "train")]
+mod sinusoid;
 mod status;
 #[cfg(feature = "train")]
 mod steps;
@@ -76,6 +78,8 @@ enum Command {
     Simulate(simulate::Args),
     #[cfg(feature = "train")]
     Optimise(optimise::Args),
+    #[cfg(feature = "train")]
+    Sinusoid(sinusoid::Args),
     Calibrate(calibrate::Args),
     UploadGait(upload_gait::Args),
     Measure(measure::Args),
@@ -162,6 +166,8 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         #[cfg(feature = "train")]
         Command::Optimise(args) => optimise::run(args),
+        #[cfg(feature = "train")]
+        Command::Sinusoid(args) => sinusoid::run(args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::UploadGait(args) => upload_gait::run(args),
         Command::Measure(args) => measure::run(args),

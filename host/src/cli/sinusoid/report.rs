@@ -1,0 +1,108 @@
+//! What a search came to, for people and for scripts.
+
+use crate::cli::explain::path_text;
+use crate::gait_file::{GaitFile, gait_sha256};
+use crate::robot::Robot;
+use crate::sim::ant_env::ACTION_DEG;
+use crate::sinusoid::search::{Counted as _, Evaluation, Found};
+use crate::sinusoid::wave::{Pairs, Sinusoid, Wave};
+use crate::td3::preset::Preset;
+use serde_json::{Value, json};
+use std::path::Path;
+use thiserror::Error;
+
+/// The table of evaluations could not be made.
+#[derive(Debug, Error)]
+#[error("the table of evaluations could not be made")]
+pub struct Unwritable {
+    source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+/// A gait and all that is known of it.
+pub struct Outcome<'a> {
+    pub robot: &'a Robot,
+    pub gait: &'a GaitFile,
+    pub path: &'a Path,
+    pub found: &'a Found,
+    pub preset: Preset,
+    pub pairs: Pairs,
+    pub seed: u64,
+    pub wall_s: f64,
+}
+
+impl Outcome<'_> {
+    pub fn to_json(&self) -> Value {
+        let Self { found, .. } = self;
+        let numbers = found.gait.numbers();
+        let waves: serde_json::Map<String, Value> =
+            Sinusoid::NAMES.iter().zip(numbers).map(|(name, n)| ((*name).to_owned(), n.into())).collect();
+        json!({
+            "leg": self.robot.geometry.leg_scale,
+            "seed": self.seed,
+            "preset": self.preset,
+            "pairs": self.pairs,
+            "wall_s": self.wall_s,
+            "evaluations": found.evaluations.len(),
+            "simulated_s": found.steps.counted_s(),
+            "reward_per_step": found.worth.reward_per_step,
+            "period_s": found.motion.period_s,
+            "speed_m_s": found.worth.speed_m_s,
+            "power_w": found.worth.power_w,
+            "cost_of_transport": found.worth.cost_of_transport,
+            "falls": found.worth.falls,
+            "amplitude": ACTION_DEG / self.gait.unit_deg,
+            "parameters": waves,
+            "gait": path_text(self.path),
+            "gait_sha256": self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
+        })
+    }
+
+    pub fn print(&self) {
+        let Self { found, gait, .. } = self;
+        println!(
+            "gait \"{}\": a stride of {:.3} s, found in {} evaluations, {:.0} s of simulation, {:.0} s",
+            gait.name,
+            found.motion.period_s,
+            found.evaluations.len(),
+            found.steps.counted_s(),
+            self.wall_s
+        );
+        let worth = &found.worth;
+        let from = if found.stopped { "the search's own starts" } else { "starts that the search has not seen" };
+        println!("\nIn the task that `train` learns, from {from}:");
+        println!("reward a step      {:8.3}", worth.reward_per_step);
+        println!("speed              {:8.3} m/s", worth.speed_m_s);
+        println!("mean power         {:8.3} W", worth.power_w);
+        println!("cost of transport  {:8.3}", worth.cost_of_transport);
+        println!("falls              {:8}", worth.falls);
+
+        println!("\n           amplitude    phase   offset");
+        let [a, b] = self.pairs.names();
+        let Sinusoid { hips, knees, .. } = &found.gait;
+        for (joints, waves) in [("hips", hips), ("knees", knees)] {
+            for (legs, Wave { amplitude_deg, phase, offset_deg }) in [a, b].into_iter().zip(waves) {
+                println!("{joints:5} {legs}  {amplitude_deg:8.2} {phase:8.3} {offset_deg:8.2}");
+            }
+        }
+        println!("\n{}", self.path.display());
+        let own = ACTION_DEG / gait.unit_deg;
+        println!("Next: cargo run -p host -- simulate --amp {own} {}", self.path.display());
+    }
+}
+
+/// Every evaluation, in the order in which they were made.
+pub fn table(evaluations: &[Evaluation]) -> Result<Vec<u8>, Unwritable> {
+    let failed = |error: csv::Error| Unwritable { source: Box::new(error) };
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let figures = ["reward_per_step", "speed_m_s", "power_w", "falls"];
+    let head = ["evaluation", "stage"].into_iter().chain(Sinusoid::NAMES).chain(figures);
+    table.write_record(head).map_err(failed)?;
+    for (number, Evaluation { stage, gait, worth, .. }) in evaluations.iter().enumerate() {
+        let own = [number.to_string(), stage.name().to_owned()];
+        let numbers = gait.numbers().map(|number| number.to_string());
+        let figures = [worth.reward_per_step, worth.speed_m_s, worth.power_w].map(|n| n.to_string());
+        let falls = [worth.falls.to_string()];
+        table.write_record(own.iter().chain(&numbers).chain(&figures).chain(&falls)).map_err(failed)?;
+    }
+    table.into_inner().map_err(|error| Unwritable { source: Box::new(error) })
+}
