@@ -35,6 +35,9 @@ const HALF_WIDTH: (f64, f64, f64) = (0.2, 0.4, 0.03);
 const WIDER: f64 = 1.5;
 const NARROWER: f64 = 0.75;
 
+/// Points whose numbers differ by less than this are alike: to try both would tell nothing.
+const ALIKE: f64 = 0.01;
+
 /// Streams of the seed.
 #[derive(Clone, Copy)]
 #[repr(u64)]
@@ -243,7 +246,11 @@ impl Course<'_, '_> {
             if is_near {
                 let is_better = self.best().worth.reward_per_step > before;
                 let change = if is_better { WIDER } else { NARROWER };
-                half_width = (half_width * change).clamp(HALF_WIDTH.2, HALF_WIDTH.1);
+                half_width = (half_width * change).min(HALF_WIDTH.1);
+                if half_width < HALF_WIDTH.2 {
+                    // Nothing better is near: look farther again.
+                    half_width = HALF_WIDTH.0;
+                }
             }
             is_near = !is_near;
         }
@@ -268,16 +275,24 @@ impl Course<'_, '_> {
         self.best().point.iter().map(box_about).collect()
     }
 
-    /// What the surrogate suggests, or, where it has nothing to say, what chance does.
+    /// What the surrogate suggests, or, where that is nothing new, what chance does.
     fn suggested(&self, limits: &[[f64; 2]], count: usize, seed: u64) -> Vec<Vec<f64>> {
         let points: Vec<Vec<f64>> = self.tried.iter().map(|tried| tried.point.clone()).collect();
         let costs: Vec<f64> = self.tried.iter().map(|tried| -tried.worth.reward_per_step).collect();
         let known = Known { points: &points, costs: &costs };
-        suggest(&known, limits, count, seed).unwrap_or_else(|| {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let mut point = || limits.iter().map(|&[low, high]| random.random_range(low..=high)).collect();
-            (0..count).map(|_| point()).collect()
-        })
+        let mut suggested = suggest(&known, limits, count, seed).unwrap_or_default();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        suggested.truncate(count);
+        suggested.resize(count, Vec::new());
+        for number in 0..count {
+            let (before, point) = suggested.split_at(number);
+            let is_known = |known: &Vec<f64>| farthest(known, &point[0]) < ALIKE;
+            if point[0].is_empty() || points.iter().chain(before).any(is_known) {
+                suggested[number] =
+                    limits.iter().map(|&[low, high]| random.random_range(low..=high)).collect();
+            }
+        }
+        suggested
     }
 
     fn motion(&self, gait: &Sinusoid) -> Motion {
@@ -297,8 +312,7 @@ impl Course<'_, '_> {
     }
 
     fn told(&mut self) -> bool {
-        let progress =
-            Progress { evaluations: self.tried.len(), steps: self.steps, best: best(&self.tried) };
+        let progress = Progress { evaluations: self.tried.len(), steps: self.steps, best: best(&self.tried) };
         (self.watch)(&progress)
     }
 
@@ -330,18 +344,18 @@ impl Course<'_, '_> {
     }
 }
 
+/// Largest difference of any number.
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
 /// Of several alike the first. There always is one: a search's first batch is tried whatever happens.
 fn best(tried: &[Evaluation]) -> &Evaluation {
-    let better = |a: &&Evaluation, b: &&Evaluation| {
-        a.worth.reward_per_step.total_cmp(&b.worth.reward_per_step)
-    };
+    let better =
+        |a: &&Evaluation, b: &&Evaluation| a.worth.reward_per_step.total_cmp(&b.worth.reward_per_step);
     tried.iter().rev().max_by(better).unwrap_or(&NOTHING)
 }
 
 /// Stands for the best of no gaits.
-static NOTHING: Evaluation = Evaluation {
-    stage: Stage::Design,
-    point: Vec::new(),
-    gait: Sinusoid::STILL,
-    worth: Worth::NOTHING,
-};
+static NOTHING: Evaluation =
+    Evaluation { stage: Stage::Design, point: Vec::new(), gait: Sinusoid::STILL, worth: Worth::NOTHING };

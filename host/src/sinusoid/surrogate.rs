@@ -26,12 +26,7 @@ pub struct Known<'a> {
 /// Points of most expected improvement within `limits`, one after the other as if
 /// those before had come out as expected; `None` if the process cannot be fitted.
 #[must_use]
-pub fn suggest(
-    known: &Known<'_>,
-    limits: &[[f64; 2]],
-    count: usize,
-    seed: u64,
-) -> Option<Vec<Vec<f64>>> {
+pub fn suggest(known: &Known<'_>, limits: &[[f64; 2]], count: usize, seed: u64) -> Option<Vec<Vec<f64>>> {
     // Matrices that are no more positive definite end in a panic there.
     let found = catch_unwind(AssertUnwindSafe(|| ask(known, limits, count, seed)));
     let points: Vec<Vec<f64>> = found.ok()??.rows().into_iter().map(|row| row.to_vec()).collect();

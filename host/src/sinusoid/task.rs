@@ -105,8 +105,7 @@ impl Task<'_> {
         env.reset(start, &mut observation);
         let robot = env.world().robot();
         let electronics_w = robot.power.electronics_w;
-        let mut episode =
-            Episode { weight_n: robot.mass_kg() * STANDARD_GRAVITY_M_S2, ..Episode::default() };
+        let mut episode = Episode { weight_n: robot.mass_kg() * STANDARD_GRAVITY_M_S2, ..Episode::default() };
         for step in 0..self.episode_steps() {
             let angles_rad = motion.angles_rad(step as f64 / CONTROL_RATE_HZ, 1.0);
             let action: [f32; ACTION_LEN] = angles_rad.map(|angle| (angle.to_degrees() / ACTION_DEG) as f32);
@@ -135,7 +134,11 @@ impl Task<'_> {
             reward_per_step: sum(|e| e.reward) / asked,
             speed_m_s: forward_m / time_s,
             power_w: energy_j / time_s,
-            cost_of_transport: if forward_m > 0.0 { energy_j / (weight_n * forward_m) } else { f64::INFINITY },
+            cost_of_transport: if forward_m > 0.0 {
+                energy_j / (weight_n * forward_m)
+            } else {
+                f64::INFINITY
+            },
             falls: episodes.iter().filter(|episode| episode.fell).count(),
             steps,
         }

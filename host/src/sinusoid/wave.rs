@@ -9,6 +9,11 @@
 //! not in degrees: most of a box of degrees would ask for more than a servo
 //! does, and a repair would make one gait of many points, on which a surrogate
 //! sees nothing but plains.
+//!
+//! What the pairs have alike is one number and what sets them apart another, in
+//! its third power: every pair of values can be had, and most points are gaits of
+//! which the pairs are much alike. With a number a value of its own, the search
+//! ended with one pair that dragged the other.
 
 use crate::optimise::space::{Bounds, Motion, SPEED_MARGIN, Space};
 use crate::robot::Robot;
@@ -26,8 +31,8 @@ pub const LEAST_PERIOD_S: f64 = 0.3;
 pub const MOST_PERIOD_S: f64 = 2.0;
 /// Seen from above hips turn counter-clockwise: forwards for two legs, backwards for the others.
 const FORWARDS: [f64; 4] = [-1.0, -1.0, 1.0, 1.0];
-/// Offsets go so far, as a share of what the joints' limits leave: beyond, no stroke would be left.
-const OFFSET_SHARE: f64 = 0.75;
+/// Offsets go so far, as a share of what the joints' limits leave: beyond, less than half of the stroke would be left.
+const OFFSET_SHARE: f64 = 0.5;
 
 /// Which legs swing together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -121,19 +126,31 @@ impl Sinusoid {
         let mut next = || numbers.next().unwrap_or(0.5);
         // Alike in ratio.
         let period_s = LEAST_PERIOD_S * (MOST_PERIOD_S / LEAST_PERIOD_S).powf(next());
-        let mut wave = |ahead_of: Option<f64>| {
-            let offset_deg = OFFSET_SHARE * bounds.angle_deg * (2.0 * next() - 1.0);
-            let room_deg = bounds.angle_deg - offset_deg.abs();
-            let amplitude_deg = next() * room_deg.min(bounds.speed_deg_s * period_s / TAU);
-            let phase = ahead_of.map_or(0.0, |phase| (phase + next()).rem_euclid(1.0));
-            Wave { amplitude_deg, phase, offset_deg }
+        let ahead = next();
+        let mut around = |widest_apart: f64| {
+            let (common, apart) = (next(), 2.0 * next() - 1.0);
+            let apart = widest_apart * apart * apart * apart;
+            [common + apart, common - apart]
         };
-        // Whole circles, cut where nobody walks: pairs that alternate, and knees that are a
-        // quarter ahead of their hips or behind them, lie well within.
-        let first = wave(None);
-        let second = wave(Some(0.0));
-        let knees = [0.0, second.phase].map(|hip| wave(Some(hip)));
-        Self { period_s, hips: [first, second], knees }
+        let mut shares = || around(0.5).map(|share| share.clamp(0.0, 1.0));
+        let (hip_offsets, hip_strokes) = (shares(), shares());
+        let (knee_offsets, knee_strokes) = (shares(), shares());
+        // A whole circle, cut where a knee is in step with its hip, which takes no foot off the ground.
+        let knees_ahead = around(0.25);
+        let wave = |offset: f64, stroke: f64, phase: f64| {
+            let offset_deg = OFFSET_SHARE * bounds.angle_deg * (2.0 * offset - 1.0);
+            let room_deg = bounds.angle_deg - offset_deg.abs();
+            let amplitude_deg = stroke * room_deg.min(bounds.speed_deg_s * period_s / TAU);
+            Wave { amplitude_deg, phase: phase.rem_euclid(1.0), offset_deg }
+        };
+        let hip_phases = [0.0, ahead];
+        Self {
+            period_s,
+            hips: core::array::from_fn(|i| wave(hip_offsets[i], hip_strokes[i], hip_phases[i])),
+            knees: core::array::from_fn(|i| {
+                wave(knee_offsets[i], knee_strokes[i], hip_phases[i] + knees_ahead[i])
+            }),
+        }
     }
 
     /// The waves as curves that the firmware plays, within the space's bounds.

@@ -68,7 +68,8 @@ impl Outcome<'_> {
             self.wall_s
         );
         let worth = &found.worth;
-        let from = if found.stopped { "the search's own starts" } else { "starts that the search has not seen" };
+        let from =
+            if found.stopped { "the search's own starts" } else { "starts that the search has not seen" };
         println!("\nIn the task that `train` learns, from {from}:");
         println!("reward a step      {:8.3}", worth.reward_per_step);
         println!("speed              {:8.3} m/s", worth.speed_m_s);
