@@ -9,6 +9,7 @@
 //! Paper, sections 3 and 4: "sinusoid function", tuned by Bayesian optimisation
 //! in the authors' earlier work. What is searched and how is ours: [`wave`].
 
+mod draw;
 pub mod search;
 pub mod surrogate;
 pub mod task;

@@ -12,8 +12,8 @@ use crate::optimise::basis::Basis;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::ant_env::{ACTION_DEG, CONTROL_RATE_HZ};
-use crate::sinusoid::search::{Counted as _, Found, Progress, Search};
-use crate::sinusoid::task::Task;
+use crate::sinusoid::search::{Found, Progress, Search};
+use crate::sinusoid::task::{Task, seconds};
 use crate::sinusoid::wave::Pairs;
 use crate::td3::preset::Preset;
 use crate::td3::run_config::RunConfig;
@@ -167,11 +167,11 @@ fn check(args: &Args) -> Result<(), Failure> {
 }
 
 fn budget(value: f64, search: &Search<'_>) -> Result<u64, Failure> {
-    let least = search.least_budget().counted_s().ceil();
+    let least = seconds(search.least_budget()).ceil();
     if (least..=MOST_BUDGET_S).contains(&value) {
         return Ok((value * CONTROL_RATE_HZ) as u64);
     }
-    let episode_s = search.task.episode_steps().counted_s();
+    let episode_s = seconds(search.task.episode_steps());
     let error = SinusoidError::Budget { value, least, episode_s };
     Err(failure_with_help(Cause::Usage, error, "leave it out for the budget that `train` has"))
 }
@@ -196,7 +196,7 @@ fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
 
 /// The search, with a bar, or for logs a line a tenth.
 fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
-    let whole_s = search.budget.counted_s() as u64;
+    let whole_s = seconds(search.budget) as u64;
     let bar = ProgressBar::new(whole_s).with_style(
         ProgressStyle::with_template("{bar:30} {pos}/{len} s simulated, {msg}, {elapsed} gone, {eta} to go")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -204,7 +204,7 @@ fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
     let mut said_s = 0;
     let found = search.run(&mut |progress: &Progress<'_>| {
         let Progress { evaluations, steps, best } = progress;
-        let simulated_s = steps.counted_s() as u64;
+        let simulated_s = seconds(*steps) as u64;
         let words = format!(
             "{evaluations} evaluations, best {:.3} a step at {:.3} m/s",
             best.worth.reward_per_step, best.worth.speed_m_s

@@ -6,24 +6,22 @@
 //! success and shrinks without; last the best few once more from starts that no
 //! step of the search has seen, since the best of many has been lucky.
 
+use super::draw::{Stream, hypercube, seeds, stream};
 use super::surrogate::{Known, suggest};
 use super::task::{Task, Worth};
 use super::wave::{DIMENSION, Pairs, Sinusoid, bounds};
 use crate::optimise::basis::Basis;
 use crate::optimise::space::{Bounds, Motion, Space};
-use crate::sim::ant_env::CONTROL_RATE_HZ;
-use rand::seq::SliceRandom as _;
 use rand::{Rng as _, RngCore as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 /// Episodes of an evaluation. With the presets' 1000 steps each, TD3's budget is 315 evaluations.
 pub const STARTS: usize = 8;
-/// Share of the evaluations that the surrogate begins with: 8 a number, which it is a rule of
-/// thumb to have.
+/// Share of the evaluations that the surrogate begins with: of TD3's budget 89, seven a number.
 const DESIGN_SHARE: f64 = 0.3;
 /// A process of so many numbers needs more points than numbers.
 const LEAST_DESIGN: u64 = DIMENSION as u64 + 1;
-/// Evaluations a batch: a fit of the surrogate takes about as long as four evaluations on two cores.
+/// Evaluations a batch: they take about as much time as the surrogate that suggests them.
 const BATCH: usize = 4;
 /// Share of the budget for the comparison of the best.
 const FINAL_SHARE: f64 = 0.05;
@@ -37,34 +35,6 @@ const NARROWER: f64 = 0.75;
 
 /// Points whose numbers differ by less than this are alike: to try both would tell nothing.
 const ALIKE: f64 = 0.01;
-
-/// Streams of the seed.
-#[derive(Clone, Copy)]
-#[repr(u64)]
-enum Stream {
-    Design,
-    Starts,
-    FinalStarts,
-    Surrogate,
-}
-
-fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(stream as u64);
-    random
-}
-
-/// Control steps as simulated time.
-pub trait Counted {
-    /// In seconds.
-    fn counted_s(self) -> f64;
-}
-
-impl Counted for u64 {
-    fn counted_s(self) -> f64 {
-        self as f64 / CONTROL_RATE_HZ
-    }
-}
 
 /// Where a point came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -190,7 +160,7 @@ impl Search<'_> {
         let mut course = Course {
             bounds,
             space: Space::new(search.basis.clone(), bounds, 1),
-            starts: drawn(search.seed, Stream::Starts, STARTS),
+            starts: seeds(search.seed, Stream::Starts, STARTS),
             tried: Vec::new(),
             steps: 0,
             watch,
@@ -200,25 +170,6 @@ impl Search<'_> {
     }
 }
 
-fn drawn(seed: u64, which: Stream, count: usize) -> Vec<u64> {
-    let mut random = stream(seed, which);
-    (0..count).map(|_| random.next_u64()).collect()
-}
-
-/// A Latin hypercube: of each number one value from each of `count` equal parts.
-fn hypercube(count: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut random = stream(seed, Stream::Design);
-    let mut points = vec![vec![0.0; DIMENSION]; count];
-    for number in 0..DIMENSION {
-        let mut parts: Vec<usize> = (0..count).collect();
-        parts.shuffle(&mut random);
-        for (point, part) in points.iter_mut().zip(parts) {
-            point[number] = (part as f64 + random.random::<f64>()) / count as f64;
-        }
-    }
-    points
-}
-
 impl Course<'_, '_> {
     fn run(&mut self) -> Found {
         let search = self.search;
@@ -226,7 +177,7 @@ impl Course<'_, '_> {
         let whole = for_search / search.evaluation_steps();
         let design = ((DESIGN_SHARE * whole as f64) as u64).max(LEAST_DESIGN);
         let mut goes_on = true;
-        for batch in hypercube(design as usize, search.seed).chunks(BATCH) {
+        for batch in hypercube(design as usize, DIMENSION, search.seed).chunks(BATCH) {
             goes_on = goes_on && self.try_all(Stage::Design, batch);
         }
         let mut random = stream(search.seed, Stream::Surrogate);
@@ -321,7 +272,7 @@ impl Course<'_, '_> {
         let mut ranked: Vec<Evaluation> = self.tried.clone();
         ranked.sort_by(|a, b| b.worth.reward_per_step.total_cmp(&a.worth.reward_per_step));
         ranked.truncate(FINALISTS);
-        let starts = drawn(self.search.seed, Stream::FinalStarts, self.search.final_starts() as usize);
+        let starts = seeds(self.search.seed, Stream::FinalStarts, self.search.final_starts() as usize);
         let motions: Vec<Motion> = ranked.iter().map(|finalist| self.motion(&finalist.gait)).collect();
         for (finalist, worth) in ranked.into_iter().zip(self.search.task.worth(&motions, &starts)) {
             self.steps += worth.steps;

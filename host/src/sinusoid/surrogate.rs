@@ -7,8 +7,8 @@ use egobox_ego::{CorrelationSpec, EgorServiceBuilder, InfillStrategy};
 use ndarray::Array2;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Starts of the likelihood's search, and its evaluations each: with 300 points
-/// of 12 numbers a fit takes a second on one core.
+/// Starts of the likelihood's search, and its evaluations each: with 300 points of 12 numbers a
+/// batch of four takes 3 s of one core.
 const LIKELIHOOD_STARTS: usize = 3;
 const LIKELIHOOD_EVALUATIONS: usize = 25;
 /// Starts of the search for the points of most promise.

@@ -6,7 +6,6 @@
 //! episode, while the legs come from where they were put to where the gait is,
 //! and nothing after: [`super::wave::bounds`] keeps the gait within it.
 
-use super::search::Counted;
 use crate::energy::STANDARD_GRAVITY_M_S2;
 use crate::env::Env as _;
 use crate::optimise::space::Motion;
@@ -44,6 +43,12 @@ impl Worth {
         falls: 0,
         steps: 0,
     };
+}
+
+/// Control steps as simulated time.
+#[must_use]
+pub fn seconds(steps: u64) -> f64 {
+    steps as f64 / CONTROL_RATE_HZ
 }
 
 /// A robot and what it is rewarded for.
@@ -127,7 +132,7 @@ impl Task<'_> {
         let sum = |of: fn(&Episode) -> f64| episodes.iter().map(of).sum::<f64>();
         let asked = episodes.len() as f64 * self.episode_steps() as f64;
         let steps: u64 = episodes.iter().map(|episode| episode.steps).sum();
-        let time_s = steps.counted_s();
+        let time_s = seconds(steps);
         let (forward_m, energy_j) = (sum(|e| e.forward_m), sum(|e| e.energy_j));
         let weight_n = sum(|e| e.weight_n) / episodes.len() as f64;
         Worth {

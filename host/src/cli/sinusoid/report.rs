@@ -4,7 +4,8 @@ use crate::cli::explain::path_text;
 use crate::gait_file::{GaitFile, gait_sha256};
 use crate::robot::Robot;
 use crate::sim::ant_env::ACTION_DEG;
-use crate::sinusoid::search::{Counted as _, Evaluation, Found};
+use crate::sinusoid::search::{Evaluation, Found};
+use crate::sinusoid::task::seconds;
 use crate::sinusoid::wave::{Pairs, Sinusoid, Wave};
 use crate::td3::preset::Preset;
 use serde_json::{Value, json};
@@ -43,7 +44,7 @@ impl Outcome<'_> {
             "pairs": self.pairs,
             "wall_s": self.wall_s,
             "evaluations": found.evaluations.len(),
-            "simulated_s": found.steps.counted_s(),
+            "simulated_s": seconds(found.steps),
             "reward_per_step": found.worth.reward_per_step,
             "period_s": found.motion.period_s,
             "speed_m_s": found.worth.speed_m_s,
@@ -64,7 +65,7 @@ impl Outcome<'_> {
             gait.name,
             found.motion.period_s,
             found.evaluations.len(),
-            found.steps.counted_s(),
+            seconds(found.steps),
             self.wall_s
         );
         let worth = &found.worth;
