@@ -75,3 +75,54 @@ fn axes_begin_and_end_at_round_numbers_that_they_name() {
     assert_eq!(texts(&angles), "\u{2212}30 \u{2212}20 \u{2212}10 0 10 20 30 40");
     assert_eq!(texts(&large), "0 50,000 100,000 150,000 200,000 250,000");
 }
+
+/// The panel ends at 2: of two strokes across the ends, that beyond it is not drawn.
+#[test]
+fn a_whisker_that_leaves_the_panel_is_cut_and_has_no_end_there() {
+    let strokes = |ends: [(f64, f64); 2]| {
+        let mut figure = figure(vec![(0.0, 1.0), (1.0, 2.0)]);
+        let points = ends.to_vec();
+        figure.panels[0].layers.push(Layer { mark: Mark::Whiskers, colour: BLUE, points });
+        figure.to_svg().unwrap().matches("<polyline").count()
+    };
+
+    let without = figure(vec![(0.0, 1.0), (1.0, 2.0)]).to_svg().unwrap().matches("<polyline").count();
+    assert_eq!(strokes([(0.5, 1.2), (0.5, 1.8)]), without + 3);
+    assert_eq!(strokes([(0.5, 1.2), (0.5, 9.0)]), without + 2);
+}
+
+/// A label must not hide a result: its ground is drawn before the curve, its text after.
+#[test]
+fn a_note_is_written_above_the_curves_and_its_ground_lies_below_them() {
+    let mut noted = figure(vec![(0.0, 1.0), (1.0, 2.0)]);
+    noted.panels[0].layers[0].colour = Colour(1, 2, 3);
+    noted.panels[0].notes.push(Note { at: (0.5, 1.5), side: Side::Left, text: "here & <there>".into() });
+
+    let svg = noted.to_svg().unwrap();
+
+    let place = |text: &str| svg.rfind(text).unwrap_or_else(|| panic!("{text}: {svg}"));
+    let (ground, curve, text) =
+        (place("fill=\"#FFFFFF\""), place("#010203"), place("here &amp; &lt;there&gt;"));
+    assert!(ground < curve && curve < text, "{ground} {curve} {text}");
+    noted.panels[0].notes[0].at.0 = f64::NAN;
+    assert!(matches!(noted.to_svg(), Err(PlotError::NotFinite { .. })));
+}
+
+#[test]
+fn a_table_keeps_its_rows_and_escapes_its_cells() {
+    let table = Table {
+        title: "A & B".into(),
+        header: vec!["what".into(), "how much".into()],
+        words: 1,
+        rows: vec![vec!["<one>".into(), "1.0".into()], vec!["two".into(), "2.0".into()]],
+        parts: vec![1],
+    };
+
+    let svg = table.to_svg().unwrap();
+
+    assert!(svg.contains("A &amp; B") && svg.contains("&lt;one&gt;"), "{svg}");
+    // Title, header and cells; above and below the header, between the rows and at the end.
+    assert_eq!((svg.matches("<text").count(), svg.matches("<line").count()), (7, 4));
+    assert_eq!(svg.matches("text-anchor=\"end\"").count(), 3);
+    assert!(to_png(&svg, 2.0).unwrap().starts_with(b"\x89PNG"));
+}

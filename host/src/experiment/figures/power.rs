@@ -116,9 +116,8 @@ pub fn figure(rows: &[Row]) -> Option<Figure> {
         let half = ci95.unwrap_or(0.0);
         [mean - half, mean + half]
     }));
-    if rows.iter().filter_map(ours).next().is_none() {
-        return None;
-    }
+    // Nothing but the paper's numbers is no figure of ours.
+    rows.iter().filter_map(ours).next()?;
     let exact = Axis::round("", powers, 5);
     let most = exact.most + ROOM * (exact.most - exact.least);
     let x = Axis::round("power from the battery (W)", [exact.least, most], 8);
