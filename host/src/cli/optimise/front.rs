@@ -23,6 +23,10 @@ pub const FIRST_SHARE: f64 = 0.4;
 const SLOWER: [f64; 2] = [0.8, 0.6];
 const FASTER: [f64; 5] = [1.2, 1.4, 1.6, 1.8, 2.0];
 const STEPS: u64 = (SLOWER.len() + FASTER.len()) as u64;
+/// Speeds that gaits are chosen for, as shares of it: from the least searched for to beyond the most.
+/// A gait may be the best for a speed that no step asked for.
+const CHOSEN: (f64, f64) = (0.5, 2.4);
+const CHOSEN_STEP: f64 = 0.05;
 
 /// A gait of the front.
 pub struct Point {
@@ -87,10 +91,9 @@ pub fn search(hunt: &Hunt<'_>, found: &mut Found, least_m_s: f64) {
 
 /// What of it makes the front, played on the report's robots.
 pub fn of(hunt: &Hunt<'_>, found: &Found, least_m_s: f64) -> Front {
-    let mut asked: Vec<f64> =
-        SLOWER.into_iter().chain([1.0]).chain(FASTER).map(|share| share * least_m_s).collect();
-    asked.sort_by(f64::total_cmp);
-    let winners = winners(&found.pool, &asked, aim, SEARCH_TRIAL_S);
+    let steps = ((CHOSEN.1 - CHOSEN.0) / CHOSEN_STEP).round() as u32;
+    let chosen: Vec<f64> = (0..=steps).map(|k| (CHOSEN.0 + CHOSEN_STEP * f64::from(k)) * least_m_s).collect();
+    let winners = winners(&found.pool, &chosen, aim, SEARCH_TRIAL_S);
     let walks: Vec<OverDraws> = winners.iter().map(|winner| hunt.over_draws(&winner.motion)).collect();
     let places: Vec<(f64, f64)> =
         walks.iter().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();
@@ -107,8 +110,8 @@ pub fn of(hunt: &Hunt<'_>, found: &Found, least_m_s: f64) -> Front {
         .collect();
     points.sort_by(|a, b| a.walks.speed_m_s.median.total_cmp(&b.walks.speed_m_s.median));
     let fastest_m_s = points.last().map_or(0.0, |point| point.walks.speed_m_s.median);
-    asked.retain(|asked| *asked > fastest_m_s);
-    Front { points, dropped, unreached_m_s: asked }
+    let asked = FASTER.into_iter().map(|share| share * least_m_s);
+    Front { points, dropped, unreached_m_s: asked.filter(|asked| *asked > fastest_m_s).collect() }
 }
 
 #[cfg(test)]
