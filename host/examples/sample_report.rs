@@ -91,6 +91,7 @@ fn leg_study(leg: f64) -> LegStudy {
         method,
         command: format!("host experiment --retrain --method {} --leg {leg} --seed 3", method.name()),
         seed: (method != Method::Searched).then_some(3),
+        simulated_s: (method != Method::Searched).then_some(151_000.0),
         period_s: 1.5,
         gait_sha256: "0123456789abcdef".repeat(4),
         prepare_wall_s: (method == Method::Sinusoid).then_some(1_260.0),

@@ -24,6 +24,8 @@ use thiserror::Error;
 const WIDTH_PX: u32 = 640;
 /// Pixels of a PNG for one of the drawing.
 pub const PNG_SCALE: f32 = 2.0;
+/// Beyond the palette: black is what was measured.
+const BROWN: Colour = Colour(121, 85, 72);
 /// One method that has no name for its colour.
 const GREY: Colour = Colour(130, 130, 130);
 
@@ -84,7 +86,7 @@ pub enum WriteError {
     File(#[from] FileError),
 }
 
-/// The colour of a method, the same in every figure; black is the authors', and one's own.
+/// The colour of a method, the same in every figure; black is the authors'.
 #[must_use]
 pub const fn colour(method: Method) -> Colour {
     match method {
@@ -94,7 +96,7 @@ pub const fn colour(method: Method) -> Colour {
         Method::Ours => PALETTE[3],
         Method::AuthorsPsto => PALETTE[4],
         Method::Searched => PALETTE[5],
-        Method::Yours => PALETTE[6],
+        Method::Yours => BROWN,
         Method::AuthorsOriginal => GREY,
     }
 }

@@ -164,19 +164,44 @@ fn draw_panel(area: &Area, panel: &Panel, left: i32) -> Result<(), PlotError> {
     write_notes(area, panel, &chart)
 }
 
+/// Where each note's text begins, in pixels: beside its place, and below a note that is in its way.
+fn note_places(area: &Area, panel: &Panel, chart: &Chart) -> Vec<(i32, i32)> {
+    let (origin_x, origin_y) = area.get_base_pixel();
+    let away = |side| if side == Side::Left { -1 } else { 1 };
+    let mut places: Vec<(i32, i32)> = panel
+        .notes
+        .iter()
+        .map(|note| {
+            let (across, down) = chart.backend_coord(&note.at);
+            (across - origin_x + away(note.side) * fine(9), down - origin_y)
+        })
+        .collect();
+    let span = |k: usize, places: &[(i32, i32)]| {
+        let far =
+            places[k].0 + away(panel.notes[k].side) * fine(text_width_px(&panel.notes[k].text, TICK_PX));
+        (places[k].0.min(far), places[k].0.max(far))
+    };
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by_key(|&k| places[k].1);
+    for (position, &k) in order.iter().enumerate() {
+        for &above in &order[..position] {
+            let ((left, right), (others_left, others_right)) = (span(k, &places), span(above, &places));
+            let least = places[above].1 + 2 * fine(8);
+            if left <= others_right && others_left <= right && places[k].1 < least {
+                places[k].1 = least;
+            }
+        }
+    }
+    places
+}
+
 /// Grounds for notes: the grid would strike them through. What is drawn lies above
 /// them, so that no note hides a result.
 fn clear_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
-    let (origin_x, origin_y) = area.get_base_pixel();
-    for note in &panel.notes {
-        let (across, down) = chart.backend_coord(&note.at);
-        let away = match note.side {
-            Side::Left => -1,
-            Side::Right => 1,
-        };
-        let near = across - origin_x + away * fine(9);
-        let far = near + away * fine(text_width_px(&note.text, TICK_PX));
-        let (middle, half) = (down - origin_y, fine(8));
+    for (note, (near, middle)) in panel.notes.iter().zip(note_places(area, panel, chart)) {
+        let width = fine(text_width_px(&note.text, TICK_PX));
+        let far = if note.side == Side::Left { near - width } else { near + width };
+        let half = fine(8);
         let corners = [(near.min(far), middle - half), (near.max(far), middle + half)];
         area.draw(&Rectangle::new(corners, WHITE.filled()))?;
     }
@@ -185,14 +210,8 @@ fn clear_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotErro
 
 /// Beside their places, clear of the marks there.
 fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
-    let (origin_x, origin_y) = area.get_base_pixel();
-    for note in &panel.notes {
-        let (across, down) = chart.backend_coord(&note.at);
-        let (side, away) = match note.side {
-            Side::Left => (HPos::Right, -fine(9)),
-            Side::Right => (HPos::Left, fine(9)),
-        };
-        let at = (across - origin_x + away, down - origin_y);
+    for (note, at) in panel.notes.iter().zip(note_places(area, panel, chart)) {
+        let side = if note.side == Side::Left { HPos::Right } else { HPos::Left };
         area.draw(&Text::new(printable(&note.text), at, font(TICK_PX, INK, side, VPos::Center)))?;
     }
     Ok(())

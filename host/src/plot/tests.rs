@@ -126,3 +126,23 @@ fn a_table_keeps_its_rows_and_escapes_its_cells() {
     assert_eq!(svg.matches("text-anchor=\"end\"").count(), 3);
     assert!(to_png(&svg, 2.0).unwrap().starts_with(b"\x89PNG"));
 }
+
+#[test]
+fn notes_at_nearly_the_same_place_are_written_below_each_other() {
+    let mut noted = figure(vec![(0.0, 1.0), (1.0, 2.0)]);
+    for (text, y) in [("upper", 1.52), ("lower", 1.5), ("between", 1.51)] {
+        noted.panels[0].notes.push(Note { at: (0.5, y), side: Side::Right, text: text.into() });
+    }
+
+    let svg = noted.to_svg().unwrap();
+
+    // Each text's element begins with its place.
+    let down = |text: &str| -> f64 {
+        let before = &svg[..svg.find(&format!("\n{text}\n")).unwrap()];
+        let element = &before[before.rfind("<text").unwrap()..];
+        let from = element.find(" y=\"").unwrap() + 4;
+        element[from..].split('"').next().unwrap().parse().unwrap()
+    };
+    let rows = ["upper", "between", "lower"].map(down);
+    assert!(rows.windows(2).all(|pair| pair[1] - pair[0] > 12.0), "{rows:?}");
+}

@@ -25,8 +25,8 @@ use thiserror::Error;
 const SEEDS: u64 = 2;
 /// Trials of the search at full effort: ten minutes of two cores.
 const SEARCH_TRIALS: f64 = 30_000.0;
-/// Fewest that `optimise` takes for a search.
-const LEAST_SEARCH_TRIALS: f64 = 600.0;
+/// Fewer are no search.
+const LEAST_SEARCH_TRIALS: f64 = 300.0;
 
 /// Why gaits were not made.
 #[derive(Debug, Error)]

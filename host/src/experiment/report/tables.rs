@@ -177,8 +177,8 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
         table {
             caption { span { "Each with the command and the seed that made it, and the SHA-256 of the table that is played." } }
             (head(&[
-                ("legs", true), ("method", false), ("stride (s)", true), ("seed", true), ("made by", false),
-                ("SHA-256", false), ("made in", true),
+                ("legs", true), ("method", false), ("stride (s)", true), ("seed", true), ("simulated for it (s)", true),
+                ("made by", false), ("SHA-256", false), ("made in", true),
             ]))
             tbody {
                 @for (leg, gait) in legs.iter().flat_map(|leg| leg.gaits.iter().map(move |gait| (leg, gait))) {
@@ -187,6 +187,7 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
                         th scope="row" { (gait.method.label()) }
                         td.number { (format!("{:.3}", gait.period_s)) }
                         td.number { (gait.seed.map_or(NOTHING.into(), |seed| seed.to_string())) }
+                        td.number { (gait.simulated_s.map_or(NOTHING.into(), |seconds| format!("{seconds:.0}"))) }
                         td.wide { code { (gait.command) } }
                         td.wide { code { (gait.gait_sha256) } }
                         td.number { (gait.prepare_wall_s.map_or("before".into(), duration)) }

@@ -102,6 +102,7 @@ fn whatever_comes_from_a_file_is_escaped() {
         method: Method::Psto,
         command: evil.into(),
         seed: Some(3),
+        simulated_s: Some(151_000.0),
         period_s: 1.5,
         gait_sha256: evil.into(),
         prepare_wall_s: Some(61.0),
