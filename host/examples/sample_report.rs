@@ -36,7 +36,7 @@ fn sample() -> Study {
     let mut planned = Vec::new();
     let mut trials = Vec::new();
     for leg in paper::LEGS {
-        for method in Method::OWN {
+        for method in Method::GAITS {
             for amplification in paper::AMPLIFICATIONS {
                 let place = Place { method, leg, amplification };
                 let beyond = method == Method::Original && amplification > 1.9;
@@ -98,7 +98,7 @@ fn leg_study(leg: f64) -> LegStudy {
     };
     LegStudy {
         leg,
-        gaits: Method::OWN.map(gait).to_vec(),
+        gaits: Method::GAITS.map(gait).to_vec(),
         learning: Some(RunCurves {
             label: format!("{leg} L"),
             seeds: (0..3).map(|seed| learned(leg, seed)).collect(),

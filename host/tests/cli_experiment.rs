@@ -153,3 +153,38 @@ fn conditions_that_cannot_be_walked_are_not_run_and_bad_flags_say_what_to_do() {
     assert!(refused(folder, 1, &["--on", "virtual-robot", "--virtual-robot", "nowhere"]).contains("nowhere"));
     assert!(refused(folder, 2, &["--effort", "0.5"]).contains("--retrain"));
 }
+
+#[test]
+fn gaits_are_made_anew_with_a_share_of_the_effort_and_say_how() {
+    let desk = tempfile::tempdir().unwrap();
+    let args = [
+        "experiment",
+        "--out",
+        "study",
+        "--leg",
+        "1",
+        "--method",
+        "sinusoid",
+        "--amp",
+        "1.8",
+        "--trials",
+        "1",
+    ];
+    let retrain = ["--duration", "2", "--retrain", "--effort", "0.004", "--seed", "5", "--json"];
+    let made = || -> Value {
+        let output = host(desk.path(), &[&args[..], &retrain].concat()).assert().success();
+        serde_json::from_slice(&output.get_output().stdout).unwrap()
+    };
+
+    let first = made();
+    let again = made();
+
+    let gait = &first["gaits"][0]["gait"];
+    assert_eq!((gait["method"].as_str(), gait["seed"].as_u64()), (Some("sinusoid"), Some(5)));
+    assert!(gait["command"].as_str().unwrap().contains("host sinusoid --preset psto --seed 5"), "{gait}");
+    assert!(gait["simulated_s"].as_f64().unwrap() > 100.0, "{gait}");
+    assert!(first["prepare_wall_s"].as_f64().unwrap() > 0.0);
+    // What is there is not made twice.
+    assert!(again["prepare_wall_s"].as_f64().unwrap() < first["prepare_wall_s"].as_f64().unwrap());
+    assert_eq!(first["conditions"], again["conditions"]);
+}

@@ -6,39 +6,29 @@
 //! through the firmware.
 
 mod device;
+mod inputs;
 mod outcome;
 mod prepare;
+mod walks;
 
 use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::interruptible;
 use super::steps::{StepError, Steps};
 use super::{Cause, Failure};
 use crate::experiment::ledger::{Identity, Ledger, LedgerError};
-use crate::experiment::materials::{self, Materials, MaterialsError};
+use crate::experiment::materials::MaterialsError;
 use crate::experiment::method::Method;
-use crate::experiment::plan::Plan;
+use crate::experiment::paper;
 use crate::experiment::study::Venue;
-use crate::experiment::summary::Planned;
-use crate::experiment::twin_trials::{self, Authors};
-use crate::experiment::{paper, trial::Trial};
-use crate::robot::{Robot, RobotError};
+use crate::robot::RobotError;
 use crate::run_folder::{self, FileError};
 use crate::twin::TwinError;
 use clap::ValueEnum;
 use device::{Device, Reach};
-use indicatif::{ProgressBar, ProgressStyle};
-use protocol::Amplitude;
-use sha2::{Digest as _, Sha256};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use thiserror::Error;
-
-/// Trials of a condition in the twin, and where each takes 12 s of somebody's life.
-const TRIALS_IN_TWIN: u32 = 10;
-const TRIALS_ON_ROBOT: u32 = 3;
-/// A study's gaits, in its folder.
-const GAITS: &str = "gaits";
 
 /// Where trials are walked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -180,14 +170,15 @@ impl ExperimentError {
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
-    experiment(&args).map_err(ExperimentError::into_failure)
+    let stop = interruptible()?;
+    experiment(&args, &stop).map_err(ExperimentError::into_failure)
 }
 
-fn experiment(args: &Args) -> Result<(), ExperimentError> {
-    let plan = plan(args)?;
-    let robots = robots(args)?;
+fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
+    let plan = inputs::plan(args)?;
+    let robots = inputs::robots(args)?;
     let reference = match &args.reference_tables {
-        Some(path) => Some(reference(path)?),
+        Some(path) => Some(inputs::reference(path)?),
         None => None,
     };
     let steps = Steps::new()?;
@@ -204,8 +195,6 @@ fn experiment(args: &Args) -> Result<(), ExperimentError> {
         Some(Reach::Virtual { .. }) => Venue::VirtualRobot,
         Some(Reach::Port { .. }) => Venue::Robot,
     };
-    let stop = interruptible().map_err(|_| ExperimentError::Interrupted { folder: PathBuf::new() });
-    let stop = stop?;
     let folder = match &args.out {
         Some(folder) => folder.clone(),
         None => run_folder::create("experiment")?,
@@ -218,7 +207,7 @@ fn experiment(args: &Args) -> Result<(), ExperimentError> {
     }
 
     let prepared = Instant::now();
-    let legs = gaits(args, &plan, &robots, &folder)?;
+    let legs = inputs::gaits(args, &plan, &robots, &folder)?;
     let prepare_wall_s = if args.retrain { prepared.elapsed().as_secs_f64() } else { 0.0 };
 
     let began = Instant::now();
@@ -242,158 +231,11 @@ fn experiment(args: &Args) -> Result<(), ExperimentError> {
     let identity =
         Identity { plan: plan.clone(), venue, gaits: gaits.collect(), reference: reference_sha256 };
     let mut ledger = Ledger::open(&folder, &identity)?;
-    let walked = Walks { plan: &plan, legs: &legs, authors, planned: &planned, stop: &stop };
+    let walked = walks::Walks { plan: &plan, legs: &legs, authors, planned: &planned, stop };
     match device {
         None => walked.in_twin(&mut ledger, &folder)?,
         Some(mut device) => walked.on_device(&mut ledger, &mut device)?,
     }
     let trials = ledger.close()?;
     outcome::finish(args, &folder, outcome::Parts { identity, legs, planned, trials, prepare_wall_s, began })
-}
-
-/// The trials of all conditions, those done before left out.
-struct Walks<'a> {
-    plan: &'a Plan,
-    legs: &'a [Materials],
-    authors: Option<&'a Authors>,
-    planned: &'a [Planned],
-    stop: &'a AtomicBool,
-}
-
-impl Walks<'_> {
-    fn runnable(&self) -> impl Iterator<Item = &Planned> {
-        self.planned.iter().filter(|planned| planned.not_run.is_none())
-    }
-
-    fn left(&self, ledger: &Ledger) -> usize {
-        self.runnable().map(|planned| ledger.missing(planned.place, self.plan.trials).len()).sum()
-    }
-
-    fn in_twin(&self, ledger: &mut Ledger, folder: &Path) -> Result<(), ExperimentError> {
-        let style =
-            ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {msg}, {elapsed} gone, {eta} to go");
-        let bar = ProgressBar::new(self.left(ledger) as u64)
-            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        for Planned { place, .. } in self.runnable() {
-            let numbers = ledger.missing(*place, self.plan.trials);
-            if numbers.is_empty() {
-                continue;
-            }
-            bar.set_message(format!("{} {} L", place.method.label(), place.leg));
-            let trials = twin_trials::walk(self.plan, self.legs, self.authors, *place, &numbers);
-            bar.inc(trials.len() as u64);
-            ledger.add(trials)?;
-            if self.stop.load(Ordering::Relaxed) {
-                bar.finish_and_clear();
-                return Err(ExperimentError::Interrupted { folder: folder.to_owned() });
-            }
-        }
-        bar.finish_and_clear();
-        Ok(())
-    }
-
-    fn on_device(&self, ledger: &mut Ledger, device: &mut Device<'_>) -> Result<(), ExperimentError> {
-        for Planned { place, .. } in self.runnable() {
-            let same_legs = |materials: &&Materials| materials.robot.geometry.leg_scale == place.leg;
-            let Some(materials) = self.legs.iter().find(same_legs) else { continue };
-            for number in ledger.missing(*place, self.plan.trials) {
-                let left = self.left(ledger);
-                let trial: Option<Trial> = device.walk(*place, number, materials, left)?;
-                ledger.add(trial.into_iter().collect())?;
-                if self.stop.load(Ordering::Relaxed) {
-                    return Err(ExperimentError::Interrupted { folder: device.folder.to_owned() });
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Refuses now what would be refused after the first trial.
-fn plan(args: &Args) -> Result<Plan, ExperimentError> {
-    let in_twin = args.port.is_none() && args.on == On::Twin;
-    let trials = args.trials.unwrap_or(if in_twin { TRIALS_IN_TWIN } else { TRIALS_ON_ROBOT });
-    let mut plan = Plan { robots_differ: args.robots_differ, ..Plan::paper(trials, args.seed) };
-    let (least_s, most_s) = super::measure::DURATION_RANGE_S;
-    let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
-    let mut ranges =
-        vec![("duration", args.duration_s, least_s, most_s), ("effort", args.effort, 0.001, 10.0)];
-    ranges.extend(args.amplifications.iter().map(|&a| ("amp", a, least, most)));
-    ranges.extend(args.legs.iter().map(|&leg| ("leg", leg, 0.1, 3.0)));
-    for (flag, value, min, max) in ranges {
-        if !(min..=max).contains(&value) {
-            return Err(ExperimentError::Flag { flag, value, min, max });
-        }
-    }
-    twice("amp", &args.amplifications)?;
-    twice("leg", &args.legs)?;
-    let named: Vec<&str> = args.methods.iter().map(|method| method.name()).collect();
-    twice("method", &named)?;
-    plan.duration_s = args.duration_s;
-    if !args.amplifications.is_empty() {
-        plan.amplifications.clone_from(&args.amplifications);
-    }
-    if !args.methods.is_empty() {
-        plan.methods.clone_from(&args.methods);
-    }
-    if args.gait.is_some() && !plan.methods.contains(&Method::Yours) {
-        plan.methods.push(Method::Yours);
-    }
-    for method in &plan.methods {
-        let flag = match method {
-            Method::AuthorsOriginal | Method::AuthorsPsto => "reference-tables",
-            Method::Yours if args.gait.is_none() => "gait",
-            _ => continue,
-        };
-        return Err(ExperimentError::NotAMethod { method: method.name(), flag });
-    }
-    Ok(plan)
-}
-
-fn twice<T: PartialEq + ToString>(flag: &'static str, values: &[T]) -> Result<(), ExperimentError> {
-    let again = values.iter().enumerate().find(|(k, value)| values[..*k].contains(value));
-    again.map_or(Ok(()), |(_, value)| Err(ExperimentError::Twice { flag, value: value.to_string() }))
-}
-
-fn robots(args: &Args) -> Result<Vec<Robot>, ExperimentError> {
-    if let Some(folder) = &args.robot {
-        return Ok(vec![Robot::load(folder)?]);
-    }
-    let legs: &[f64] = if args.legs.is_empty() { &paper::LEGS } else { &args.legs };
-    Ok(legs.iter().map(|&leg| Robot::ant(leg)).collect::<Result<_, _>>()?)
-}
-
-/// The authors' tables, for the paper's long legs, and their SHA-256.
-fn reference(path: &Path) -> Result<(Authors, String), ExperimentError> {
-    let robot = Robot::ant(paper::LEGS[0])?;
-    let sample_s = robot.twin.as_ref().map_or(0.1, |twin| twin.sample_s);
-    let authors = Authors::read(path, &robot, sample_s)?;
-    let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok((authors, sha256))
-}
-
-/// The gaits of every pair of legs, in the study's folder.
-fn gaits(
-    args: &Args,
-    plan: &Plan,
-    robots: &[Robot],
-    folder: &Path,
-) -> Result<Vec<Materials>, ExperimentError> {
-    let mut legs = Vec::new();
-    for (k, robot) in robots.iter().enumerate() {
-        let gaits = folder.join(GAITS).join(materials::folder_name(robot));
-        std::fs::create_dir_all(&gaits).map_err(FileError::on("create", &gaits))?;
-        if args.retrain {
-            prepare::make(args, plan, robot, folder, &gaits)?;
-        } else if plan.methods.iter().any(|&method| method != Method::Yours) {
-            materials::unpack(robot, &gaits)?;
-        }
-        if let Some(path) = args.gait.as_ref().filter(|_| k == 0) {
-            let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
-            run_folder::write(&gaits.join(format!("{}.toml", Method::Yours.name())), &bytes)?;
-        }
-        legs.push(materials::read(&gaits, robot, &plan.methods)?);
-    }
-    Ok(legs)
 }

@@ -1,0 +1,110 @@
+//! What a study is made of, from its flags: plan, robots, gaits, the authors' tables.
+
+use super::{Args, ExperimentError, On, prepare};
+use crate::cli::measure::DURATION_RANGE_S;
+use crate::experiment::materials::{self, Materials, MaterialsError};
+use crate::experiment::method::Method;
+use crate::experiment::paper;
+use crate::experiment::plan::Plan;
+use crate::experiment::twin_trials::Authors;
+use crate::gait_file::GaitFile;
+use crate::robot::Robot;
+use crate::run_folder::FileError;
+use protocol::Amplitude;
+use sha2::{Digest as _, Sha256};
+use std::path::Path;
+
+/// Trials of a condition in the twin, and where each takes 12 s of somebody's life.
+const TRIALS_IN_TWIN: u32 = 10;
+const TRIALS_ON_ROBOT: u32 = 3;
+/// A study's gaits, in its folder.
+const GAITS: &str = "gaits";
+
+/// Refuses now what would be refused after the first trial.
+pub fn plan(args: &Args) -> Result<Plan, ExperimentError> {
+    let in_twin = args.port.is_none() && args.on == On::Twin;
+    let trials = args.trials.unwrap_or(if in_twin { TRIALS_IN_TWIN } else { TRIALS_ON_ROBOT });
+    let mut plan = Plan { robots_differ: args.robots_differ, ..Plan::paper(trials, args.seed) };
+    let (least_s, most_s) = DURATION_RANGE_S;
+    let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
+    let mut ranges =
+        vec![("duration", args.duration_s, least_s, most_s), ("effort", args.effort, 0.001, 10.0)];
+    ranges.extend(args.amplifications.iter().map(|&a| ("amp", a, least, most)));
+    ranges.extend(args.legs.iter().map(|&leg| ("leg", leg, 0.1, 3.0)));
+    for (flag, value, min, max) in ranges {
+        if !(min..=max).contains(&value) {
+            return Err(ExperimentError::Flag { flag, value, min, max });
+        }
+    }
+    twice("amp", &args.amplifications)?;
+    twice("leg", &args.legs)?;
+    let named: Vec<&str> = args.methods.iter().map(|method| method.name()).collect();
+    twice("method", &named)?;
+    plan.duration_s = args.duration_s;
+    if !args.amplifications.is_empty() {
+        plan.amplifications.clone_from(&args.amplifications);
+    }
+    if !args.methods.is_empty() {
+        plan.methods.clone_from(&args.methods);
+    }
+    if args.gait.is_some() && !plan.methods.contains(&Method::Yours) {
+        plan.methods.push(Method::Yours);
+    }
+    for method in &plan.methods {
+        let flag = match method {
+            Method::AuthorsOriginal | Method::AuthorsPsto => "reference-tables",
+            Method::Yours if args.gait.is_none() => "gait",
+            _ => continue,
+        };
+        return Err(ExperimentError::NotAMethod { method: method.name(), flag });
+    }
+    Ok(plan)
+}
+
+fn twice<T: PartialEq + ToString>(flag: &'static str, values: &[T]) -> Result<(), ExperimentError> {
+    let again = values.iter().enumerate().find(|(k, value)| values[..*k].contains(value));
+    again.map_or(Ok(()), |(_, value)| Err(ExperimentError::Twice { flag, value: value.to_string() }))
+}
+
+pub fn robots(args: &Args) -> Result<Vec<Robot>, ExperimentError> {
+    if let Some(folder) = &args.robot {
+        return Ok(vec![Robot::load(folder)?]);
+    }
+    let legs: &[f64] = if args.legs.is_empty() { &paper::LEGS } else { &args.legs };
+    Ok(legs.iter().map(|&leg| Robot::ant(leg)).collect::<Result<_, _>>()?)
+}
+
+/// The authors' tables, for the paper's long legs, and their SHA-256.
+pub fn reference(path: &Path) -> Result<(Authors, String), ExperimentError> {
+    let robot = Robot::ant(paper::LEGS[0])?;
+    let sample_s = robot.twin.as_ref().map_or(0.1, |twin| twin.sample_s);
+    let authors = Authors::read(path, &robot, sample_s)?;
+    let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok((authors, sha256))
+}
+
+/// The gaits of every pair of legs, in the study's folder.
+pub fn gaits(
+    args: &Args,
+    plan: &Plan,
+    robots: &[Robot],
+    folder: &Path,
+) -> Result<Vec<Materials>, ExperimentError> {
+    let mut legs = Vec::new();
+    for (k, robot) in robots.iter().enumerate() {
+        let gaits = folder.join(GAITS).join(materials::folder_name(robot));
+        std::fs::create_dir_all(&gaits).map_err(FileError::on("create", &gaits))?;
+        if args.retrain {
+            prepare::make(args, plan, robot, folder, &gaits)?;
+        } else if plan.methods.iter().any(|&method| method != Method::Yours) {
+            materials::unpack(robot, &gaits)?;
+        }
+        if let Some(path) = args.gait.as_ref().filter(|_| k == 0) {
+            let gait = GaitFile::load(path).map_err(MaterialsError::from)?;
+            gait.save(&gaits.join(format!("{}.toml", Method::Yours.name()))).map_err(MaterialsError::from)?;
+        }
+        legs.push(materials::read(&gaits, robot, &plan.methods)?);
+    }
+    Ok(legs)
+}
