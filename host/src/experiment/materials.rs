@@ -42,11 +42,11 @@ macro_rules! files {
 }
 
 const LONG: &[(&str, &str)] = files!("ant-1L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "searched.toml", "made.toml",
+    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml", "made.toml",
     "learning/seed-0/train.csv", "learning/seed-1/train.csv",
 );
 const SHORT: &[(&str, &str)] = files!("ant-0.6L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "searched.toml", "made.toml",
+    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml", "made.toml",
     "learning/seed-0/train.csv", "learning/seed-1/train.csv",
 );
 
