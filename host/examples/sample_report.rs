@@ -61,6 +61,7 @@ fn sample() -> Study {
             .map(|(name, value)| Parameter { name: name.into(), value: value.into() })
             .to_vec(),
         skipped: vec![NOTE.into(), "the authors\u{2019} tables: --reference-tables was not given".into()],
+        books: Vec::new(),
         prepare_wall_s: 4_520.0,
         wall_s: 143.2,
     }

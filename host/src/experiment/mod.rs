@@ -6,6 +6,7 @@
 //! difference to the rest.
 
 pub mod at_speed;
+pub mod books;
 pub mod claims;
 pub mod figures;
 pub mod ledger;

@@ -51,6 +51,13 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                         h2 #table-2-heading { "Table 2: the best of each method" }
                         (tables::best(&study.best))
                     }
+                    @if !study.books.is_empty() {
+                        section aria-labelledby="why" {
+                            h2 #why { "Why: where the energy goes" }
+                            @for sentence in words::reasons(&study.books) { p { (sentence) } }
+                            (tables::books(&study.books))
+                        }
+                    }
                     section aria-labelledby="figures" {
                         h2 #figures { "Figures" }
                         // Table 2 stands above as a table that can be read aloud.

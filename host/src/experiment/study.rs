@@ -2,6 +2,7 @@
 //!
 //! Owns the shape alone; nothing here computes.
 
+use super::books::Books;
 use super::method::Method;
 use super::summary::{Best, Condition};
 use super::trial::Trial;
@@ -95,6 +96,8 @@ pub struct Study {
     pub conditions: Vec<Condition>,
     /// As in Table 2.
     pub best: Vec<Best>,
+    /// Where the energy of each goes, in the twin; empty for a real robot.
+    pub books: Vec<Books>,
     /// Section 3, claim by claim.
     pub claims: Vec<Claim>,
     /// Every trial.

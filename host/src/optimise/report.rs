@@ -13,7 +13,7 @@ use crate::sim::World;
 use crate::sim::open_loop::{FRAME_RATE_HZ, Walk};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A trial, as the paper's.
@@ -193,21 +193,26 @@ pub fn safe_range(amplitudes: &[AtAmplitude]) -> Option<(f64, f64)> {
 /// Follows the power of a walk on the fitted robot; `None` if the simulation runs away.
 #[must_use]
 pub fn power_books(robot: &Robot, motion: &Motion) -> Option<PowerBooks> {
+    power_books_of(robot, |time_s| motion.angles_rad(time_s, 1.0))
+}
+
+/// The same of anything that gives setpoints in radians for a time in seconds.
+pub fn power_books_of(robot: &Robot, setpoints: impl Fn(f64) -> [f64; 8]) -> Option<PowerBooks> {
     // A world that ran away trips the engine's own assertions.
-    let books = catch_unwind(|| follow_power(robot, motion)).ok()?;
+    let books = catch_unwind(AssertUnwindSafe(|| follow_power(robot, &setpoints))).ok()?;
     books.total_w.is_finite().then_some(books)
 }
 
-fn follow_power(robot: &Robot, motion: &Motion) -> PowerBooks {
+fn follow_power(robot: &Robot, gait: &dyn Fn(f64) -> [f64; 8]) -> PowerBooks {
     let draw = Draw::nominal(robot);
     let mut world = World::new(robot);
-    world.reset(&motion.angles_rad(0.0, 1.0), &draw.start);
+    world.reset(&gait(0.0), &draw.start);
     let steps_per_frame = (1.0 / (FRAME_RATE_HZ * World::STEP_S)).round() as usize;
     let settle_frames = (2.0 * FRAME_RATE_HZ) as usize;
     let frames = settle_frames + (TRIAL_S * FRAME_RATE_HZ) as usize;
     let (mut slid_j, mut landed_j, mut returned_j, mut given_j, mut servo_j) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for frame in 0..frames {
-        let setpoints = motion.angles_rad(frame as f64 / FRAME_RATE_HZ, 1.0).map(Some);
+        let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
         for _ in 0..steps_per_frame {
             let before = world.sole_velocities_m_s();
             let outcome = world.step(&setpoints);

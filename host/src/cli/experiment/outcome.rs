@@ -9,7 +9,7 @@ use crate::experiment::study::{LegStudy, Parameter, Study, Venue};
 use crate::experiment::summary::{self, Condition, Mean, Planned};
 use crate::experiment::trial::Trial;
 use crate::experiment::twin_trials::PERTURBATION;
-use crate::experiment::{claims, figures, report};
+use crate::experiment::{books, claims, figures, report};
 use crate::optimise::tolerances::Tolerances;
 use crate::run_folder;
 use serde_json::{Value, json};
@@ -52,6 +52,9 @@ pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), Experiment
 fn study(args: &Args, parts: Parts) -> Study {
     let Parts { identity, legs, planned, trials, prepare_wall_s, .. } = parts;
     let parameters = parameters(&identity, &legs);
+    let conditions = summary::conditions(&planned, &trials);
+    let best = summary::best(&conditions);
+    let books = if identity.venue == Venue::Robot { Vec::new() } else { books::of(&legs, &best) };
     let of_leg = |materials: Materials| LegStudy {
         leg: materials.robot.geometry.leg_scale,
         gaits: materials.gaits.into_iter().map(|material| material.note).collect(),
@@ -59,15 +62,25 @@ fn study(args: &Args, parts: Parts) -> Study {
         stride: materials.stride,
     };
     let legs: Vec<LegStudy> = legs.into_iter().map(of_leg).collect();
-    let conditions = summary::conditions(&planned, &trials);
-    let best = summary::best(&conditions);
     let claims = claims::judge(&conditions, &best, &legs);
     let mut skipped = Vec::new();
     if identity.venue == Venue::Twin && args.reference_tables.is_none() {
         skipped.push("the authors' own tables: name them with --reference-tables".to_owned());
     }
     let venue = identity.venue;
-    Study { venue, legs, conditions, best, claims, trials, parameters, skipped, prepare_wall_s, wall_s: 0.0 }
+    Study {
+        venue,
+        legs,
+        conditions,
+        best,
+        books,
+        claims,
+        trials,
+        parameters,
+        skipped,
+        prepare_wall_s,
+        wall_s: 0.0,
+    }
 }
 
 /// Everything that was chosen.
@@ -144,6 +157,7 @@ fn to_json(study: &Study, folder: &Path) -> Value {
         "on": study.venue,
         "conditions": study.conditions,
         "best": study.best,
+        "energy": study.books,
         "claims": study.claims,
         "gaits": gaits,
         "parameters": study.parameters,

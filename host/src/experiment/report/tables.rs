@@ -4,6 +4,7 @@
 //! can be pushed sideways where the screen is narrow.
 
 use super::duration;
+use crate::experiment::books::Books;
 use crate::experiment::figures::best::{HEADER, NOTHING, mean_text, rows};
 use crate::experiment::study::{Claim, LegStudy, Parameter};
 use crate::experiment::summary::{Best, Condition, Mean};
@@ -86,6 +87,34 @@ pub fn claims(claims: &[Claim]) -> Markup {
         }
         (scrolled("The paper\u{2019}s claims", &table))
     }
+}
+
+/// Where the energy goes, as parts of the cost of transport.
+pub fn books(books: &[Books]) -> Markup {
+    let table = html! {
+        table {
+            caption { span {
+                "Parts of the cost of transport of each method where it is cheapest, from a walk of the simulated robot \
+                 in which every joule is followed."
+            } }
+            (head(&[
+                ("legs", true), ("method", false), ("at", true), ("electronics", true), ("slipping soles", true),
+                ("braked legs", true), ("landing feet", true), ("rest", true), ("all", true),
+            ]))
+            tbody {
+                @for of in books {
+                    tr {
+                        td.number { (of.leg) " L" }
+                        th scope="row" { (of.method.label()) }
+                        td.number { (format!("{:.1}\u{d7}", of.amplification)) }
+                        @for (_, part) in of.parts() { td.number { (format!("{part:.3}")) } }
+                        td.number { (format!("{:.3}", of.total())) }
+                    }
+                }
+            }
+        }
+    };
+    scrolled("Where the energy goes", &table)
 }
 
 /// What is in no mean, and why.

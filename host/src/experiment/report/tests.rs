@@ -33,6 +33,7 @@ fn study(conditions: Vec<Condition>) -> Study {
         trials: vec![],
         parameters: vec![],
         skipped: vec![],
+        books: Vec::new(),
         prepare_wall_s: 0.0,
         wall_s: 125.0,
     }

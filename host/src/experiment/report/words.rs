@@ -4,6 +4,7 @@
 //! PSTO does not beat the sinusoid, the sentence begins with it. Refuses to
 //! compare what did not walk.
 
+use crate::experiment::books::{Books, main_difference};
 use crate::experiment::figures::best::mean_text;
 use crate::experiment::figures::points::{in_order, same_leg};
 use crate::experiment::figures::{leg_text, points};
@@ -84,6 +85,28 @@ pub fn sure(first: Mean, second: Mean) -> &'static str {
     } else {
         "the 95\u{a0}% intervals overlap, so this may be chance"
     }
+}
+
+/// Why PSTO and the sinusoid differ, leg by leg.
+#[must_use]
+pub fn reasons(books: &[Books]) -> Vec<String> {
+    let of = |method: Method, leg: f64| books.iter().find(|books| books.method == method && books.leg == leg);
+    let mut legs: Vec<f64> = books.iter().map(|books| books.leg).collect();
+    legs.dedup();
+    let reason = |leg: f64| {
+        let (psto, sinusoid) = (of(Method::Psto, leg)?, of(Method::Sinusoid, leg)?);
+        let (part, more) = main_difference(psto, sinusoid);
+        let (dearer, cheaper) =
+            if psto.total() > sinusoid.total() { ("PSTO", "the sinusoid") } else { ("the sinusoid", "PSTO") };
+        Some(format!(
+            "With legs of {}, {dearer} pays {:.3} more than {cheaper}, each where it is cheapest; most of that goes to \
+             {part}: {:.3}.",
+            leg_text(leg),
+            (psto.total() - sinusoid.total()).abs(),
+            more.abs()
+        ))
+    };
+    legs.into_iter().filter_map(reason).collect()
 }
 
 /// Every pair of legs, the long first.

@@ -1,0 +1,146 @@
+//! Why a gait costs what it costs: where its energy goes, in the twin.
+//!
+//! Owns the share of each cause in the cost of transport, of every method at the
+//! amplification at which it is cheapest. A walk on the fitted robot, from an
+//! exact start; its sum differs a little from the mean over trials.
+
+use super::materials::Materials;
+use super::method::Method;
+use super::summary::Best;
+use crate::energy::STANDARD_GRAVITY_M_S2;
+use crate::optimise::report::power_books_of;
+use crate::sim::open_loop::Playback;
+use protocol::Amplitude;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// The parts of a cost of transport.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Books {
+    /// Whose.
+    pub method: Method,
+    /// Which legs.
+    pub leg: f64,
+    /// Where the method is cheapest.
+    pub amplification: f64,
+    /// Controller, driver, idle servos: less of it for whoever is faster.
+    pub electronics: f64,
+    /// Soles that slide.
+    pub slipping: f64,
+    /// Legs that are braked, or push against each other.
+    pub braking: f64,
+    /// Feet that are stopped by the ground.
+    pub landing: f64,
+    /// The drives' losses, and what the physics step leaves unexplained.
+    pub rest: f64,
+}
+
+impl Books {
+    /// Each part with its name, in the order of the table.
+    #[must_use]
+    pub const fn parts(&self) -> [(&'static str, f64); 5] {
+        [
+            ("electronics", self.electronics),
+            ("slipping soles", self.slipping),
+            ("braked legs", self.braking),
+            ("landing feet", self.landing),
+            ("rest", self.rest),
+        ]
+    }
+
+    /// All of it.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.parts().iter().map(|(_, part)| part).sum()
+    }
+}
+
+/// Of every method that walked, in the order of `best`.
+#[must_use]
+pub fn of(legs: &[Materials], best: &[Best]) -> Vec<Books> {
+    best.par_iter().filter_map(|best| books(legs, best)).collect()
+}
+
+fn books(legs: &[Materials], best: &Best) -> Option<Books> {
+    let Best { method, leg, .. } = *best;
+    let amplification = best.cost_amplification?;
+    let materials = legs.iter().find(|materials| materials.robot.geometry.leg_scale == leg)?;
+    let material = materials.gaits.iter().find(|material| material.note.method == method)?;
+    let amplitude = Amplitude::from_f64(amplification)?;
+    let robot = &materials.robot;
+    let playback = Playback::new(&material.playable, amplitude, robot);
+    let power = power_books_of(robot, |time_s| playback.setpoints_rad(time_s))?;
+    // Cost of transport by power: one number for all parts, from the trials' own mean.
+    let cost = best.cost_of_transport?.mean;
+    let speed_m_s = power.total_w / (cost * robot.mass_kg() * STANDARD_GRAVITY_M_S2);
+    let part = |watts: f64| watts / (robot.mass_kg() * STANDARD_GRAVITY_M_S2 * speed_m_s);
+    Some(Books {
+        method,
+        leg,
+        amplification,
+        electronics: part(power.electronics_w),
+        slipping: part(power.slipping_w),
+        braking: part(power.braking_w),
+        landing: part(power.landing_w),
+        rest: part(power.drive_w + power.rest_w),
+    })
+}
+
+/// Which part makes most of the difference between two methods: its name, and by how much
+/// the first pays more for it.
+#[must_use]
+pub fn main_difference(first: &Books, second: &Books) -> (&'static str, f64) {
+    let more = first.parts().into_iter().zip(second.parts()).map(|((name, a), (_, b))| (name, a - b));
+    let way = (first.total() - second.total()).signum();
+    more.max_by(|a, b| (way * a.1).total_cmp(&(way * b.1))).unwrap_or(("rest", 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::materials;
+    use crate::experiment::summary::Mean;
+    use crate::robot::Robot;
+
+    #[test]
+    fn the_parts_of_a_gait_that_walks_add_up_to_its_cost() {
+        let folder = tempfile::tempdir().unwrap();
+        let robot = Robot::ant(1.0).unwrap();
+        materials::unpack(&robot, folder.path()).unwrap();
+        let legs = [materials::read(folder.path(), &robot, &[Method::Psto]).unwrap()];
+        let best = Best {
+            method: Method::Psto,
+            leg: 1.0,
+            cost_of_transport: Some(Mean { mean: 0.4, ci95: None }),
+            cost_amplification: Some(1.4),
+            speed_m_s: None,
+            speed_amplification: None,
+            paper_cost_of_transport: None,
+            paper_speed_m_s: None,
+        };
+
+        let books = of(&legs, &[best]);
+
+        assert!((books[0].total() - 0.4).abs() < 1e-9, "{books:?}");
+        assert!(books[0].electronics > 0.02 && books[0].slipping > 0.02, "{books:?}");
+    }
+
+    #[test]
+    fn the_main_difference_is_the_part_that_explains_it() {
+        let cheap = Books {
+            method: Method::Sinusoid,
+            leg: 1.0,
+            amplification: 1.0,
+            electronics: 0.1,
+            slipping: 0.1,
+            braking: 0.1,
+            landing: 0.05,
+            rest: 0.0,
+        };
+        let dear = Books { electronics: 0.05, slipping: 0.3, braking: 0.15, ..cheap };
+
+        assert_eq!(main_difference(&dear, &cheap).0, "slipping soles");
+        assert!((main_difference(&dear, &cheap).1 - 0.2).abs() < 1e-12);
+        assert_eq!(main_difference(&cheap, &dear).0, "slipping soles");
+    }
+}
