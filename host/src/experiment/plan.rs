@@ -9,8 +9,12 @@ use super::method::Method;
 use super::paper;
 use super::summary::Planned;
 use super::trial::Place;
-use protocol::{Amplitude, Speed};
+use crate::playable::Demand;
+use protocol::{Amplitude, JOINT_COUNT, Joint, Speed};
 use serde::{Deserialize, Serialize};
+
+/// Angles here are the robot's, rounded: a gait that was made for the limit is within it.
+const TOLERANCE_DEG: f64 = 0.05;
 
 /// What is walked, how often, and how long.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,12 +75,69 @@ fn condition(place: Place, material: Option<&Material>, materials: &Materials) -
         let not_run = Some(format!("the firmware plays amplifications from {least} to {most}"));
         return Planned { place, setpoint_speed_max_rad_s: None, not_run };
     };
-    let servo_rad_s = materials.robot.servo.top_speed_rad_s();
-    let demands = playable.demands(amplitude, Speed::ONE, servo_rad_s.to_degrees());
+    let robot = &materials.robot;
+    let demands = playable.demands(amplitude, Speed::ONE, robot.servo.top_speed_rad_s().to_degrees());
     let fastest_deg_s = demands.iter().map(|demand| demand.fastest_deg_s).fold(0.0, f64::max);
+    // One range for all, whatever limit a gait's file has.
+    let range_deg = robot.joint_limit_deg.min(robot.servo.end_stop_deg);
+    let beyond = playable.check_limits(place.amplification).err().map(|error| error.to_string());
     Planned {
         place,
         setpoint_speed_max_rad_s: Some(fastest_deg_s.to_radians()),
-        not_run: playable.check_limits(place.amplification).err().map(|error| error.to_string()),
+        not_run: out_of_range(&demands, range_deg).or(beyond),
+    }
+}
+
+/// The joint that would go the farthest beyond a servo's range, if one would.
+fn out_of_range(demands: &[Demand; JOINT_COUNT], range_deg: f64) -> Option<String> {
+    let reach = Joint::ALL.into_iter().zip(demands).map(|(joint, demand)| {
+        let is_low = -demand.lowest_deg > demand.highest_deg;
+        (joint, if is_low { demand.lowest_deg } else { demand.highest_deg })
+    });
+    let (joint, angle_deg) = reach.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    (angle_deg.abs() > range_deg + TOLERANCE_DEG).then(|| {
+        format!(
+            "{} would go to {angle_deg:.1} degrees; the servos' range ends at {range_deg:.0}",
+            joint.name()
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::materials;
+    use crate::robot::Robot;
+
+    #[test]
+    fn amplifications_beyond_the_servos_range_are_planned_and_not_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let robot = Robot::ant(1.0).unwrap();
+        materials::unpack(&robot, folder.path()).unwrap();
+        let legs = [materials::read(folder.path(), &robot, &Method::GAITS).unwrap()];
+        let plan = Plan { amplifications: vec![1.0, 2.9], ..Plan::paper(3, 0) };
+
+        let planned = plan.conditions(&legs);
+
+        assert_eq!(planned.len(), 10);
+        for of in planned {
+            // A gait whose file says 45 degrees names its own limit.
+            let beyond = |why: &String| why.contains("range ends at 45") || why.contains("limit is");
+            assert_eq!(of.not_run.as_ref().is_some_and(beyond), of.place.amplification > 2.0, "{of:?}");
+            assert!(of.setpoint_speed_max_rad_s.is_some_and(|speed| speed > 0.5), "{of:?}");
+        }
+    }
+
+    #[test]
+    fn a_method_without_a_gait_says_so_instead_of_walking() {
+        let folder = tempfile::tempdir().unwrap();
+        let robot = Robot::ant(1.0).unwrap();
+        materials::unpack(&robot, folder.path()).unwrap();
+        std::fs::remove_file(folder.path().join("sinusoid.toml")).unwrap();
+        let legs = [materials::read(folder.path(), &robot, &Method::GAITS).unwrap()];
+
+        let planned = Plan { methods: vec![Method::Sinusoid], ..Plan::paper(3, 0) }.conditions(&legs);
+
+        assert!(planned.iter().all(|of| of.not_run.as_ref().is_some_and(|why| why.contains("no gait"))));
     }
 }
