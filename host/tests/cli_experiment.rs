@@ -170,7 +170,7 @@ fn gaits_are_made_anew_with_a_share_of_the_effort_and_say_how() {
         "--trials",
         "1",
     ];
-    let retrain = ["--duration", "2", "--retrain", "--effort", "0.004", "--seed", "5", "--json"];
+    let retrain = ["--duration", "2", "--retrain", "--effort", "0.02", "--seed", "5", "--json"];
     let made = || -> Value {
         let output = host(desk.path(), &[&args[..], &retrain].concat()).assert().success();
         serde_json::from_slice(&output.get_output().stdout).unwrap()

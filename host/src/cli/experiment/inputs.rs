@@ -28,7 +28,7 @@ pub fn plan(args: &Args) -> Result<Plan, ExperimentError> {
     let (least_s, most_s) = DURATION_RANGE_S;
     let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
     let mut ranges =
-        vec![("duration", args.duration_s, least_s, most_s), ("effort", args.effort, 0.001, 10.0)];
+        vec![("duration", args.duration_s, least_s, most_s), ("effort", args.effort, 0.02, 10.0)];
     ranges.extend(args.amplifications.iter().map(|&a| ("amp", a, least, most)));
     ranges.extend(args.legs.iter().map(|&leg| ("leg", leg, 0.1, 3.0)));
     for (flag, value, min, max) in ranges {
