@@ -103,6 +103,14 @@ fn a_study_goes_on_with_the_trials_that_are_missing_and_with_no_other_plan() {
     let out = ["--out", "study", "--leg", "1", "--method", "psto", "--trials", "3"];
     assert!(refused(desk.path(), 2, &out).contains("its methods differ"));
     assert!(refused(desk.path(), 2, &out).contains("--out"));
+    // What is refused changes nothing, and a study's own gaits are never replaced.
+    let own = desk.path().join("study/gaits/ant-1L/psto.toml");
+    let edited = std::fs::read_to_string(&own).unwrap().replace("centre_deg = ", "centre_deg = 0.0 # ");
+    std::fs::write(&own, &edited).unwrap();
+    let args = [&STUDY[1..], &["--out", "study"]].concat();
+    assert!(refused(desk.path(), 2, &args).contains("its gaits differ"));
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), edited);
+    std::fs::remove_dir_all(desk.path().join("study/gaits")).unwrap();
     std::fs::write(desk.path().join("study/trials.csv"), "method,leg\npsto,much\n").unwrap();
     let args = [&STUDY[1..], &["--out", "study"]].concat();
     assert!(refused(desk.path(), 3, &args).contains("no table of trials"));
@@ -151,6 +159,8 @@ fn conditions_that_cannot_be_walked_are_not_run_and_bad_flags_say_what_to_do() {
     assert!(refused(folder, 3, &["--leg", "0.8", "--out", "legs"]).contains("--retrain"));
     assert!(refused(folder, 3, &["--reference-tables", "nowhere.csv"]).contains("nowhere.csv"));
     assert!(refused(folder, 1, &["--on", "virtual-robot", "--virtual-robot", "nowhere"]).contains("nowhere"));
+    let on_virtual = ["--on", "virtual-robot", "--robots-differ"];
+    assert!(refused(folder, 2, &on_virtual).contains("--robots-differ is for the twin"));
     assert!(refused(folder, 2, &["--effort", "0.5"]).contains("--retrain"));
 }
 
@@ -185,6 +195,8 @@ fn gaits_are_made_anew_with_a_share_of_the_effort_and_say_how() {
     assert!(gait["simulated_s"].as_f64().unwrap() > 100.0, "{gait}");
     assert!(first["prepare_wall_s"].as_f64().unwrap() > 0.0);
     // What is there is not made twice.
-    assert!(again["prepare_wall_s"].as_f64().unwrap() < first["prepare_wall_s"].as_f64().unwrap());
+    assert_eq!(again["prepare_wall_s"], first["prepare_wall_s"]);
+    let otherwise = ["--out", "study", "--leg", "1", "--method", "sinusoid", "--retrain", "--effort", "0.03"];
+    assert!(refused(desk.path(), 2, &otherwise).contains("made with another --seed or --effort"));
     assert_eq!(first["conditions"], again["conditions"]);
 }

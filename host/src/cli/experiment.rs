@@ -91,7 +91,7 @@ pub struct Args {
     /// The authors' tables, to play them in the twin as well
     #[arg(long, value_name = "CSV", conflicts_with = "port")]
     reference_tables: Option<PathBuf>,
-    /// Train, fit and search every gait anew: hours
+    /// Train, fit and search every gait anew, in the study's folder: hours
     #[arg(long)]
     retrain: bool,
     /// With --retrain: this share of the full effort for every method alike
@@ -113,6 +113,8 @@ enum ExperimentError {
     Twice { flag: &'static str, value: String },
     #[error("the method {method} has no gait: it comes from --{flag}")]
     NotAMethod { method: &'static str, flag: &'static str },
+    #[error("--{flag} is for the twin: on the virtual robot there is one robot, and it plays gait tables")]
+    InTwinOnly { flag: &'static str },
     #[error("the distances are unknown, and nobody can be asked: standard input is no terminal")]
     NoDistances,
     #[error("no condition can be walked: {reason}")]
@@ -141,7 +143,9 @@ impl ExperimentError {
     fn into_failure(self) -> Failure {
         match self {
             Self::Step(error) => error.into_failure(),
-            Self::Flag { .. } | Self::Twice { .. } | Self::NotAMethod { .. } => failure(Cause::Usage, self),
+            Self::Flag { .. } | Self::Twice { .. } | Self::NotAMethod { .. } | Self::InTwinOnly { .. } => {
+                failure(Cause::Usage, self)
+            }
             Self::NoDistances => {
                 failure_with_help(Cause::Usage, self, "call it in a terminal, or give --tracker FILE")
             }
@@ -164,6 +168,11 @@ impl ExperimentError {
             Self::Materials(_) | Self::Ledger(_) | Self::Reference(_) | Self::Robot(_) => {
                 failure(Cause::Input, self)
             }
+            Self::Prepare(prepare::PrepareError::Otherwise { .. }) => failure_with_help(
+                Cause::Usage,
+                self,
+                "name another folder with --out, or the flags of that study",
+            ),
             Self::Figure(_) | Self::Prepare(_) => failure(Cause::Machine, self),
         }
     }
@@ -201,14 +210,14 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
     };
     std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
     let (seed, duration_s) = (args.seed, args.duration_s);
-    let device = reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, legs_on: None });
+    let device =
+        reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, legs_on: None, stop });
     if let Some(device) = &device {
         device.check()?;
     }
 
-    let prepared = Instant::now();
     let legs = inputs::gaits(args, &plan, &robots, &folder)?;
-    let prepare_wall_s = if args.retrain { prepared.elapsed().as_secs_f64() } else { 0.0 };
+    let prepare_wall_s = if args.retrain { prepare::wall_s(&legs) } else { 0.0 };
 
     let began = Instant::now();
     let authors = reference.as_ref().map(|(authors, _)| authors);
@@ -228,8 +237,10 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
             .map(move |g| (g.note.method.name().to_owned(), leg, g.note.gait_sha256.clone()))
     });
     let reference_sha256 = reference.as_ref().map(|(_, sha256)| sha256.clone());
+    let robots =
+        legs.iter().map(|materials| inputs::sha256(format!("{:?}", materials.robot).as_bytes())).collect();
     let identity =
-        Identity { plan: plan.clone(), venue, gaits: gaits.collect(), reference: reference_sha256 };
+        Identity { plan: plan.clone(), venue, robots, gaits: gaits.collect(), reference: reference_sha256 };
     let mut ledger = Ledger::open(&folder, &identity)?;
     let walked = walks::Walks { plan: &plan, legs: &legs, authors, planned: &planned, stop };
     match device {

@@ -54,6 +54,8 @@ pub struct Identity {
     pub plan: Plan,
     /// Where.
     pub venue: Venue,
+    /// SHA-256 of each robot's description.
+    pub robots: Vec<String>,
     /// Method, legs and SHA-256 of each gait.
     pub gaits: Vec<(String, f64, String)>,
     /// SHA-256 of the authors' tables, where they take part.
@@ -149,6 +151,7 @@ fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
         ("lengths of trials", found.plan.duration_s != asked.plan.duration_s),
         ("seeds", found.plan.seed != asked.plan.seed),
         ("perturbations", found.plan.robots_differ != asked.plan.robots_differ),
+        ("robots", found.robots != asked.robots),
         ("gaits", found.gaits != asked.gaits),
         ("reference tables", found.reference != asked.reference),
     ];
@@ -165,7 +168,7 @@ mod tests {
 
     fn identity() -> Identity {
         let gaits = vec![("psto".to_owned(), 0.6, "abc".to_owned())];
-        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, gaits, reference: None }
+        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, robots: Vec::new(), gaits, reference: None }
     }
 
     fn trial(number: u32, dx_m: f64) -> Trial {

@@ -42,12 +42,12 @@ macro_rules! files {
 }
 
 const LONG: &[(&str, &str)] = files!("ant-1L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml", "made.toml",
-    "learning/seed-0/train.csv", "learning/seed-1/train.csv",
+    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml",
+    "learning/seed-0/train.csv", "learning/seed-1/train.csv", "made.toml",
 );
 const SHORT: &[(&str, &str)] = files!("ant-0.6L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml", "made.toml",
-    "learning/seed-0/train.csv", "learning/seed-1/train.csv",
+    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml",
+    "learning/seed-0/train.csv", "learning/seed-1/train.csv", "made.toml",
 );
 
 /// Why there are no gaits.
@@ -114,6 +114,9 @@ pub struct Made {
     /// Of everything that was drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// Share of the full effort that it was made with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effort: Option<f64>,
     /// Simulated time that its making took.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_s: Option<f64>,
@@ -160,7 +163,8 @@ pub fn folder_name(robot: &Robot) -> String {
     format!("{name}-{}L", robot.geometry.leg_scale)
 }
 
-/// Writes the gaits that come with the program.
+/// Writes the gaits that come with the program, unless the folder has gaits: a study's
+/// own are never replaced. `made.toml` comes last, and so tells that all are there.
 ///
 /// # Errors
 /// [`MaterialsError::NoneKnown`] for other robots and legs; the disk's reasons.
@@ -172,6 +176,9 @@ pub fn unpack(robot: &Robot, folder: &Path) -> Result<(), MaterialsError> {
         leg if is_ant && (leg - 0.6).abs() < 1e-9 => SHORT,
         _ => return Err(MaterialsError::NoneKnown { robot: robot.name.clone(), leg }),
     };
+    if folder.join(MADE).exists() {
+        return Ok(());
+    }
     for (name, text) in files {
         let path = folder.join(name);
         if let Some(parent) = path.parent() {

@@ -168,6 +168,8 @@ impl Trial {
 /// ways of all its trials that count: amplifying a gait changes its length, not
 /// its sense.
 pub fn mark_reversed(trials: &mut [Trial]) {
+    // Judged anew each time: trials that were added since may know the direction better.
+    trials.iter_mut().filter(|trial| trial.mark == Some(Mark::Reversed)).for_each(|trial| trial.mark = None);
     let way = |trial: &Trial| trial.dx_m.zip(trial.dy_m);
     let directions: Vec<(f64, f64)> = trials
         .iter()
@@ -245,5 +247,10 @@ mod tests {
 
         let marks: Vec<Option<Mark>> = trials.iter().map(|trial| trial.mark).collect();
         assert_eq!(marks, [None, None, Some(Mark::Reversed), None]);
+
+        // More trials show that the first three were the odd ones.
+        trials.extend([along(-2.0, 0.0, Method::Psto), along(-2.0, 0.1, Method::Psto)]);
+        mark_reversed(&mut trials);
+        assert_eq!((trials[0].mark, trials[2].mark), (Some(Mark::Reversed), None));
     }
 }

@@ -16,6 +16,7 @@ use crate::run_folder::{self, FileError};
 use serde_json::Value;
 use std::io::{BufRead as _, IsTerminal as _};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A robot that leans farther lies down.
 const FALLEN_TILT_RAD: f64 = 1.0;
@@ -53,6 +54,8 @@ pub struct Device<'a> {
     pub duration_s: f64,
     /// Legs that the robot has on, as far as was said.
     pub legs_on: Option<f64>,
+    /// Set by Ctrl-C.
+    pub stop: &'a AtomicBool,
 }
 
 impl Device<'_> {
@@ -104,7 +107,7 @@ impl Device<'_> {
                 }
                 let raw =
                     self.measured(place, &folder, &gait, &port, tracker.as_deref(), &materials.robot)?;
-                judged(raw)
+                if tracker.is_none() { self.judged(raw)? } else { raw }
             }
         };
         Ok(Some(Trial::of(place, number, &raw, &material.note.gait_sha256)))
@@ -136,7 +139,12 @@ impl Device<'_> {
         let stopped = match done.outcome {
             Ok(()) => false,
             Err(StepError::Failed { cause: Cause::Robot, .. }) => true,
-            Err(StepError::Failed { cause: Cause::Input, .. }) => false,
+            // Standing still is a result; a tracker's file that cannot be used is none.
+            Err(StepError::Failed { cause: Cause::Input, .. })
+                if done.json.as_ref().is_ok_and(|json| json["distance_m"].is_number()) =>
+            {
+                false
+            }
             Err(StepError::Failed { cause: Cause::Interrupted, .. }) => {
                 return Err(ExperimentError::Interrupted { folder: self.folder.to_owned() });
             }
@@ -144,6 +152,26 @@ impl Device<'_> {
         };
         let json = done.json.map_err(|source| StepError::Json { step: "measure", source })?;
         Ok(Raw { stopped, ..raw(&json, robot) })
+    }
+
+    /// What nothing on the robot can see; a trial of which nothing more can be learned is not noted.
+    fn judged(&self, raw: Raw) -> Result<Raw, ExperimentError> {
+        if !std::io::stdin().is_terminal() || raw.stopped {
+            return Ok(raw);
+        }
+        loop {
+            eprint!("Enter if it walked well, f if it fell, b if it went backwards: ");
+            match line()?.as_deref() {
+                Some("") => return Ok(raw),
+                None => return Err(ExperimentError::Interrupted { folder: self.folder.to_owned() }),
+                Some("f") => return Ok(Raw { fell: true, ..raw }),
+                Some("b") => {
+                    let displacement_m = raw.displacement_m.map(|way| way.map(|m| -m));
+                    return Ok(Raw { displacement_m, ..raw });
+                }
+                Some(other) => eprintln!("{other:?} is none of Enter, f and b"),
+            }
+        }
     }
 
     /// What comes next, and whether it may.
@@ -161,30 +189,15 @@ impl Device<'_> {
         eprintln!("\n{}, trial {}; {left} to go.", words(place), number + 1);
         loop {
             eprint!("Put the robot on its mark. Enter walks, s leaves this trial out, q ends for today: ");
-            match line()?.as_deref() {
+            let answer = line()?;
+            // Reading goes on after a Ctrl-C; the robot must not.
+            match answer.as_deref() {
+                _ if self.stop.load(Ordering::Relaxed) => return Ok(Answer::Quit),
                 Some("") => return Ok(Answer::Walk),
                 Some("s") => return Ok(Answer::Skip),
                 Some("q") | None => return Ok(Answer::Quit),
                 Some(other) => eprintln!("{other:?} is none of Enter, s and q"),
             }
-        }
-    }
-}
-
-/// What nothing on the robot can see.
-fn judged(raw: Raw) -> Raw {
-    if !std::io::stdin().is_terminal() || raw.stopped {
-        return raw;
-    }
-    loop {
-        eprint!("Enter if it walked well, f if it fell, b if it went backwards: ");
-        match line().ok().flatten().as_deref() {
-            Some("") | None => return raw,
-            Some("f") => return Raw { fell: true, ..raw },
-            Some("b") => {
-                return Raw { displacement_m: raw.displacement_m.map(|way| way.map(|m| -m)), ..raw };
-            }
-            Some(other) => eprintln!("{other:?} is none of Enter, f and b"),
         }
     }
 }

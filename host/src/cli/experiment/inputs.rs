@@ -2,6 +2,7 @@
 
 use super::{Args, ExperimentError, On, prepare};
 use crate::cli::measure::DURATION_RANGE_S;
+use crate::experiment::ledger::LedgerError;
 use crate::experiment::materials::{self, Materials, MaterialsError};
 use crate::experiment::method::Method;
 use crate::experiment::paper;
@@ -17,8 +18,9 @@ use std::path::Path;
 /// Trials of a condition in the twin, and where each takes 12 s of somebody's life.
 const TRIALS_IN_TWIN: u32 = 10;
 const TRIALS_ON_ROBOT: u32 = 3;
-/// A study's gaits, in its folder.
+/// A study's gaits, in its folder: those that came with the program, and those made anew.
 const GAITS: &str = "gaits";
+const RETRAINED: &str = "retrained";
 
 /// Refuses now what would be refused after the first trial.
 pub fn plan(args: &Args) -> Result<Plan, ExperimentError> {
@@ -50,6 +52,13 @@ pub fn plan(args: &Args) -> Result<Plan, ExperimentError> {
     if args.gait.is_some() && !plan.methods.contains(&Method::Yours) {
         plan.methods.push(Method::Yours);
     }
+    if args.on == On::VirtualRobot {
+        let given =
+            [("robots-differ", args.robots_differ), ("reference-tables", args.reference_tables.is_some())];
+        if let Some((flag, _)) = given.into_iter().find(|(_, given)| *given) {
+            return Err(ExperimentError::InTwinOnly { flag });
+        }
+    }
     for method in &plan.methods {
         let flag = match method {
             Method::AuthorsOriginal | Method::AuthorsPsto => "reference-tables",
@@ -80,8 +89,12 @@ pub fn reference(path: &Path) -> Result<(Authors, String), ExperimentError> {
     let sample_s = robot.twin.as_ref().map_or(0.1, |twin| twin.sample_s);
     let authors = Authors::read(path, &robot, sample_s)?;
     let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok((authors, sha256))
+    Ok((authors, sha256(&bytes)))
+}
+
+/// As text.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The gaits of every pair of legs, in the study's folder.
@@ -93,7 +106,8 @@ pub fn gaits(
 ) -> Result<Vec<Materials>, ExperimentError> {
     let mut legs = Vec::new();
     for (k, robot) in robots.iter().enumerate() {
-        let gaits = folder.join(GAITS).join(materials::folder_name(robot));
+        let gaits =
+            folder.join(if args.retrain { RETRAINED } else { GAITS }).join(materials::folder_name(robot));
         std::fs::create_dir_all(&gaits).map_err(FileError::on("create", &gaits))?;
         if args.retrain {
             prepare::make(args, plan, robot, folder, &gaits)?;
@@ -102,7 +116,14 @@ pub fn gaits(
         }
         if let Some(path) = args.gait.as_ref().filter(|_| k == 0) {
             let gait = GaitFile::load(path).map_err(MaterialsError::from)?;
-            gait.save(&gaits.join(format!("{}.toml", Method::Yours.name()))).map_err(MaterialsError::from)?;
+            let own = gaits.join(format!("{}.toml", Method::Yours.name()));
+            let begun =
+                own.exists().then(|| GaitFile::load(&own)).transpose().map_err(MaterialsError::from)?;
+            match begun {
+                None => gait.save(&own).map_err(MaterialsError::from)?,
+                Some(begun) if begun.joints == gait.joints && begun.period_s == gait.period_s => {}
+                Some(_) => return Err(LedgerError::Other { path: own, what: "gait" }.into()),
+            }
         }
         legs.push(materials::read(&gaits, robot, &plan.methods)?);
     }

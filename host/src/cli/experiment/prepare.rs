@@ -6,7 +6,7 @@
 
 use super::{Args, ExperimentError};
 use crate::cli::steps::Steps;
-use crate::experiment::materials::{LEARNING, MADE, Made, MadeFile, SPREAD, STRIDE, read_made};
+use crate::experiment::materials::{LEARNING, MADE, Made, MadeFile, Materials, SPREAD, STRIDE, read_made};
 use crate::experiment::method::Method;
 use crate::experiment::plan::Plan;
 use crate::record;
@@ -37,6 +37,14 @@ pub enum PrepareError {
     /// What was made cannot be noted.
     #[error("cannot note how gaits were made")]
     Made(#[from] toml::ser::Error),
+    /// Another call made it otherwise.
+    #[error("{path} has the gait of {method} already, made with another --seed or --effort")]
+    Otherwise {
+        /// Which method.
+        method: &'static str,
+        /// Where that is noted.
+        path: PathBuf,
+    },
 }
 
 /// One robot's gaits in the making.
@@ -84,13 +92,18 @@ pub fn make(
 }
 
 impl Making<'_> {
-    fn has(&self, method: Method) -> bool {
-        self.made.contains_key(method.name())
+    /// Whether it was made before, by the same seed and effort: rivals must have had equal chances.
+    fn has(&self, method: Method) -> Result<bool, PrepareError> {
+        let Some(made) = self.made.get(method.name()) else { return Ok(false) };
+        if (made.seed, made.effort) == (Some(self.args.seed), Some(self.args.effort)) {
+            return Ok(true);
+        }
+        Err(PrepareError::Otherwise { method: method.name(), path: self.gaits.join(MADE) })
     }
 
     /// A policy, its stride and its curves.
     fn learned(&mut self, method: Method, preset: Preset, seam: &'static str) -> Result<(), ExperimentError> {
-        if self.has(method) {
+        if self.has(method)? {
             return Ok(());
         }
         let began = Instant::now();
@@ -106,11 +119,13 @@ impl Making<'_> {
         let (run_name, path) = (run.display().to_string(), path.display().to_string());
         let seeds = format!("{}..{}", self.args.seed, self.args.seed + SEEDS);
         let mut commands = Vec::new();
+        let robot = self.robot_flags.clone();
+        let flags = ["--config", &path, "--seeds", &seeds, "--out", &run_name, &robot[0], &robot[1]];
         if run.join(run_folder::CONFIG).exists() || run.join("seeds.json").exists() {
-            self.step("train", &["--resume", &run_name], &mut commands)?;
+            self.step("train", &["--resume", &run_name], &mut Vec::new())?;
+            // The same networks as without the interruption, and so by the same command.
+            commands.push(format!("host train {}", flags.join(" ")));
         } else {
-            let robot = self.robot_flags.clone();
-            let flags = ["--config", &path, "--seeds", &seeds, "--out", &run_name, &robot[0], &robot[1]];
             self.step("train", &flags, &mut commands)?;
         }
         self.step("record", &["--run", &run_name], &mut commands)?;
@@ -132,7 +147,7 @@ impl Making<'_> {
 
     /// The rival, with the simulated time that PSTO had.
     fn sinusoid(&mut self) -> Result<(), ExperimentError> {
-        if self.has(Method::Sinusoid) {
+        if self.has(Method::Sinusoid)? {
             return Ok(());
         }
         let began = Instant::now();
@@ -160,7 +175,7 @@ impl Making<'_> {
     }
 
     fn searched(&mut self) -> Result<(), ExperimentError> {
-        if self.has(Method::Searched) {
+        if self.has(Method::Searched)? {
             return Ok(());
         }
         let began = Instant::now();
@@ -213,6 +228,7 @@ impl Making<'_> {
     ) -> Result<(), ExperimentError> {
         let made = Made {
             seed: Some(self.args.seed),
+            effort: Some(self.args.effort),
             simulated_s,
             wall_s: Some((10.0 * began.elapsed().as_secs_f64()).round() / 10.0),
             commands: commands.to_vec(),
@@ -244,4 +260,10 @@ fn simulated_s(config: &RunConfig) -> f64 {
 /// As `based_on` has it.
 fn preset_name(preset: Preset) -> String {
     preset.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Wall-clock time of all that was made, in this call or before it; the stride was made with PSTO.
+pub fn wall_s(legs: &[Materials]) -> f64 {
+    let notes = legs.iter().flat_map(|materials| materials.gaits.iter().map(|material| &material.note));
+    notes.filter(|note| note.method != Method::Original).filter_map(|note| note.prepare_wall_s).sum()
 }
