@@ -50,7 +50,7 @@ fn a_study_on_virtual_robots_and_on_a_port_comes_to_what_the_twin_says() {
     let virtual_robot = study(&host, desk.path(), &on_virtual);
     let robot = RobotProcess::start(desk.path(), &[]);
     let truth = robot.truth_path().display().to_string();
-    let port = study(&host, desk.path(), &["--out", "port", "--port", robot.port(), "--tracker", &truth]);
+    let port = study(&host, desk.path(), &["--out", "on-port", "--port", robot.port(), "--tracker", &truth]);
 
     // Other starts, and a few seconds only: as near as that allows.
     for through_firmware in [&virtual_robot, &port] {
