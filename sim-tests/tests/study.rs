@@ -24,7 +24,7 @@ fn study(host: &Path, folder: &Path, arguments: &[&str]) -> Value {
     let child = Command::new(host)
         .current_dir(folder)
         .args(["experiment", "--leg", "1", "--method", "psto", "--amp", "1.6", "--trials", "1"])
-        .args(["--duration", "4", "--json"])
+        .args(["--duration", "10", "--json"])
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -52,9 +52,9 @@ fn a_study_on_virtual_robots_and_on_a_port_comes_to_what_the_twin_says() {
     let truth = robot.truth_path().display().to_string();
     let port = study(&host, desk.path(), &["--out", "on-port", "--port", robot.port(), "--tracker", &truth]);
 
-    // Other starts, and a few seconds only: as near as that allows.
+    // One start each, and not the same: as near as that allows.
     for through_firmware in [&virtual_robot, &port] {
-        for (name, tolerance) in [("speed_m_s", 0.1), ("cost_of_transport", 0.15)] {
+        for (name, tolerance) in [("speed_m_s", 0.12), ("cost_of_transport", 0.2)] {
             let (there, here) = (figure(through_firmware, name), figure(&twin, name));
             assert!((there / here - 1.0).abs() < tolerance, "{name}: {there} for {here}");
         }
