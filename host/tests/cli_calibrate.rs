@@ -4,6 +4,7 @@
 
 mod bench_host;
 mod fake_robot;
+mod terminal;
 
 use bench_host::{Setting, fails, says};
 use fake_robot::{FakeRobot, Troubles};
@@ -11,8 +12,7 @@ use host::calibration::RobotCalibration;
 use protocol::calibration::{JointCalibration, MAX_PRESCALE};
 use protocol::command::CalibrationSource;
 use protocol::{Calibration, Command, Joint, State};
-use std::io::{Read as _, Write as _};
-use std::time::{Duration, Instant};
+use terminal::Terminal;
 
 fn on_robot(setting: &Setting) -> Calibration {
     setting.bench.robot(|robot| robot.calibration)
@@ -210,52 +210,20 @@ fn a_robot_that_walks_is_not_calibrated() {
 #[test]
 fn at_a_terminal_the_arrow_keys_move_the_servo() {
     let setting = Setting::new(Troubles::default());
-    let pty = nix::pty::openpty(None, None).unwrap();
-    let slave = std::fs::File::from(pty.slave);
-    let mut host = std::process::Command::new(assert_cmd::cargo::cargo_bin("host"))
-        .current_dir(setting.folder.path())
-        .args(["calibrate", "--joint", "knee2", "--port", &setting.bench.port])
-        .stdin(slave.try_clone().unwrap())
-        .stdout(slave.try_clone().unwrap())
-        .stderr(slave)
-        .spawn()
-        .unwrap();
-    let mut terminal = std::fs::File::from(pty.master);
-    let mut reader = terminal.try_clone().unwrap();
-    let (sender, said) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        let mut bytes = [0; 1024];
-        while let Ok(count) = reader.read(&mut bytes) {
-            if count == 0 || sender.send(String::from_utf8_lossy(&bytes[..count]).into_owned()).is_err() {
-                return;
-            }
-        }
-    });
-    let mut text = String::new();
-    let mut after = |expected: &str, keys: &[u8]| {
-        let deadline = Instant::now() + Duration::from_secs(30);
-        while !text.contains(expected) {
-            let left = deadline.saturating_duration_since(Instant::now());
-            match said.recv_timeout(left) {
-                Ok(more) => text.push_str(&more),
-                Err(_) => panic!("{expected:?} never came: {text}"),
-            }
-        }
-        text.clear();
-        terminal.write_all(keys).unwrap();
-    };
+    let args = ["calibrate", "--joint", "knee2", "--port", &setting.bench.port];
+    let mut terminal = Terminal::host(setting.folder.path(), &args);
 
-    after("on which output", b"\n");
-    after("switches it on", b"\r");
-    after("330 counts", b"\x1b[A");
-    after("340 counts", b"\x1b[D");
-    after("339 counts", b"\r");
-    after("fold down and inward", b"y");
-    after("a degree. Enter keeps", b"\r");
-    after("Limits", b"\r");
-    after("let it save it", b"\n");
-    let status = host.wait().unwrap();
+    terminal.after("on which output", "\n");
+    terminal.after("switches it on", "\r");
+    terminal.after("330 counts", "\x1b[A");
+    terminal.after("340 counts", "\x1b[D");
+    terminal.after("339 counts", "\r");
+    terminal.after("fold down and inward", "y");
+    terminal.after("a degree. Enter keeps", "\r");
+    terminal.after("Limits", "\r");
+    terminal.after("let it save it", "\n");
+    let (status, said) = terminal.end();
 
-    assert!(status.success());
+    assert!(status.success(), "{said}");
     assert_eq!(on_robot(&setting).joint(Joint::Knee2).neutral_counts, 339);
 }

@@ -8,6 +8,7 @@
 mod device;
 mod inputs;
 mod outcome;
+mod person;
 mod prepare;
 mod walks;
 
@@ -25,6 +26,7 @@ use crate::run_folder::{self, FileError};
 use crate::twin::TwinError;
 use clap::ValueEnum;
 use device::{Device, Reach};
+use person::Person;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -210,8 +212,8 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
     };
     std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
     let (seed, duration_s) = (args.seed, args.duration_s);
-    let device =
-        reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, legs_on: None, stop });
+    let person = Person::at_standard_input(stop);
+    let device = reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, person });
     if let Some(device) = &device {
         device.check()?;
     }

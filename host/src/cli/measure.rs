@@ -100,7 +100,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut link = args.port.connect()?;
     let gait = Gait::on(&mut link, &args)?;
     let stop = interruptible()?;
-    let bar = progress_bar(frames, args.json);
+    let bar = progress_bar(frames);
     let order = Order { amplitude: args.amplitude.and_then(Amplitude::from_f64), ..Order::of(frames) };
     let trial = trial::walk(&mut link, &order, &stop, |state: State, played: u32| {
         bar.set_message(words::state(state));
@@ -226,10 +226,8 @@ fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
     super::reach::stopped(stop, "repeat the trial. It is noted as not valid")
 }
 
-fn progress_bar(frames: u32, json: bool) -> ProgressBar {
-    if json {
-        return ProgressBar::hidden();
-    }
+/// On standard error, and only at a terminal: JSON has standard output to itself.
+fn progress_bar(frames: u32) -> ProgressBar {
     let bar = ProgressBar::new(u64::from(frames));
     let style = ProgressStyle::with_template("{msg:9} {bar:40} {pos}/{len} frames, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

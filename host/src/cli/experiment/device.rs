@@ -1,22 +1,22 @@
 //! Trials through the firmware: on the virtual robot, or on a real one.
 //!
-//! Owns what a person at the robot is asked, and what of a step's JSON a trial
-//! is judged by. Each trial is `upload-gait` and `measure`, as they would be
-//! typed. A trial that the robot broke off is noted as such; a lost cable or a
-//! full disk ends the command, which goes on there when it is called again.
+//! Owns what of a step's JSON a trial is judged by. Each trial is `upload-gait`
+//! and `measure`, as they would be typed. A trial that the robot broke off is
+//! noted as such where nobody can be asked; a lost cable or a full disk ends the
+//! command, which goes on there when it is called again.
 
 use super::ExperimentError;
+use super::person::{self, After, Before, Person};
 use crate::cli::Cause;
 use crate::cli::steps::{StepError, Steps};
 use crate::cli::virtual_robot::VirtualRobot;
-use crate::experiment::materials::Materials;
+use crate::experiment::materials::{self, Materials};
 use crate::experiment::trial::{Place, Raw, Trial};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use serde_json::Value;
-use std::io::{BufRead as _, IsTerminal as _};
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A robot that leans farther lies down.
 const FALLEN_TILT_RAD: f64 = 1.0;
@@ -38,11 +38,13 @@ pub enum Reach {
     },
 }
 
-/// What the person at the robot said.
-enum Answer {
-    Walk,
-    Skip,
-    Quit,
+/// What is walked, and on what.
+struct Walk<'a> {
+    place: Place,
+    /// For the robot's description and what was measured.
+    folder: &'a Path,
+    gait: &'a Path,
+    robot: &'a Robot,
 }
 
 /// Walks trials, one after the other.
@@ -52,10 +54,7 @@ pub struct Device<'a> {
     pub folder: &'a Path,
     pub seed: u64,
     pub duration_s: f64,
-    /// Legs that the robot has on, as far as was said.
-    pub legs_on: Option<f64>,
-    /// Set by Ctrl-C.
-    pub stop: &'a AtomicBool,
+    pub person: Person<'a>,
 }
 
 impl Device<'_> {
@@ -82,135 +81,113 @@ impl Device<'_> {
     ) -> Result<Option<Trial>, ExperimentError> {
         let found = materials.gaits.iter().find(|material| material.note.method == place.method);
         let Some(material) = found else { return Ok(None) };
-        let folder =
-            self.folder.join("walks").join(crate::experiment::materials::folder_name(&materials.robot));
+        let robot = &materials.robot;
+        let folder = self.folder.join("walks").join(materials::folder_name(robot));
         std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
-        materials.robot.save(&folder.join(run_folder::ROBOT))?;
+        robot.save(&folder.join(run_folder::ROBOT))?;
         let gait = folder.join(format!("{}.bin", place.method.name()));
         run_folder::write(&gait, material.playable.encoded().bytes())?;
+        let walk = Walk { place, folder: &folder, gait: &gait, robot };
 
         let raw = match self.reach.clone() {
             Reach::Virtual { program } => {
-                eprintln!("{}, trial {}; {left} to go", words(place), number + 1);
+                eprintln!("{}", person::title(place, number, left));
                 let seed = self.seed.wrapping_add(u64::from(number));
                 let robot = VirtualRobot::start(&program, &folder, seed)?;
-                let truth = folder.join(run_folder::TRUTH);
-                self.measured(place, &folder, &gait, &robot.port, Some(&truth), &materials.robot)?
+                Some(self.measured(&walk, &robot.port, Some(&folder.join(run_folder::TRUTH)))?)
             }
             Reach::Port { port, tracker } => {
-                match self.ask(place, number, left)? {
-                    Answer::Walk => {}
-                    Answer::Skip => return Ok(None),
-                    Answer::Quit => {
-                        return Err(ExperimentError::Interrupted { folder: self.folder.to_owned() });
-                    }
-                }
-                let raw =
-                    self.measured(place, &folder, &gait, &port, tracker.as_deref(), &materials.robot)?;
-                if tracker.is_none() { self.judged(raw)? } else { raw }
+                self.watched(&walk, &port, tracker.as_deref(), |person| person.before(place, number, left))?
             }
         };
-        Ok(Some(Trial::of(place, number, &raw, &material.note.gait_sha256)))
+        let trial = raw.map(|raw| Trial::of(place, number, &raw, &material.note.gait_sha256));
+        trial.iter().for_each(|trial| self.person.told(trial));
+        Ok(trial)
+    }
+
+    /// Walks until the person at the robot, if anybody is there, is content.
+    fn watched(
+        &mut self,
+        walk: &Walk<'_>,
+        port: &str,
+        tracker: Option<&Path>,
+        before: impl Fn(&mut Person<'_>) -> Result<Before, FileError>,
+    ) -> Result<Option<Raw>, ExperimentError> {
+        let mut was_stopped = false;
+        loop {
+            match before(&mut self.person)? {
+                Before::Walk => {}
+                Before::Skip => return Ok(None),
+                Before::Quit => return Err(self.interrupted()),
+            }
+            if was_stopped {
+                // Whoever walks it again has seen why; what still stands, the walk is refused for.
+                self.steps.attempt("status", &["--clear-fault", "--port", port])?;
+            }
+            let raw = match self.measured(walk, port, tracker) {
+                // Refused before it began: at rest, with something to be put right.
+                Err(ExperimentError::Step(StepError::Failed { cause: Cause::Robot, .. }))
+                    if self.person.is_there() =>
+                {
+                    Raw { stopped: true, ..Raw::default() }
+                }
+                raw => raw?,
+            };
+            was_stopped = raw.stopped;
+            match self.person.after(raw, tracker.is_some())? {
+                After::Note(raw) => return Ok(Some(raw)),
+                After::Again => {}
+                After::Skip => return Ok(None),
+                After::Quit => return Err(self.interrupted()),
+            }
+        }
     }
 
     fn measured(
         &mut self,
-        place: Place,
-        folder: &Path,
-        gait: &Path,
+        walk: &Walk<'_>,
         port: &str,
         tracker: Option<&Path>,
-        robot: &Robot,
     ) -> Result<Raw, ExperimentError> {
         let text = |path: &Path| path.display().to_string();
-        let (gait, out, of_robot) = (text(gait), text(folder), text(&folder.join(run_folder::ROBOT)));
-        let (amplitude, duration) = (place.amplification.to_string(), self.duration_s.to_string());
-        self.steps.run(
+        let (gait, out, robot) =
+            (text(walk.gait), text(walk.folder), text(&walk.folder.join(run_folder::ROBOT)));
+        let (amplitude, duration) = (walk.place.amplification.to_string(), self.duration_s.to_string());
+        let uploaded = self.steps.run(
             "upload-gait",
-            &["--gait", &gait, "--amp", &amplitude, "--ram", "--robot", &of_robot, "--port", port],
-        )?;
-        let mut flags = vec!["--port", port, "--duration", &duration, "--robot", &of_robot, "--out", &out];
+            &["--gait", &gait, "--amp", &amplitude, "--ram", "--robot", &robot, "--port", port],
+        );
+        uploaded.map_err(|error| self.ended(error))?;
+        let mut flags = vec!["--port", port, "--duration", &duration, "--robot", &robot, "--out", &out];
         let tracker = tracker.map(text);
         if let Some(tracker) = &tracker {
             flags.extend(["--tracker", tracker]);
         }
         let done = self.steps.attempt("measure", &flags)?;
+        let is_known = done.json.as_ref().is_ok_and(|json| json["distance_m"].is_number());
         // Standing still and being stopped are results; all else ends the command.
         let stopped = match done.outcome {
             Ok(()) => false,
-            Err(StepError::Failed { cause: Cause::Robot, .. }) => true,
+            Err(StepError::Failed { cause: Cause::Robot, .. }) if done.json.is_ok() => true,
             // Standing still is a result; a tracker's file that cannot be used is none.
-            Err(StepError::Failed { cause: Cause::Input, .. })
-                if done.json.as_ref().is_ok_and(|json| json["distance_m"].is_number()) =>
-            {
-                false
-            }
-            Err(StepError::Failed { cause: Cause::Interrupted, .. }) => {
-                return Err(ExperimentError::Interrupted { folder: self.folder.to_owned() });
-            }
-            Err(error) => return Err(error.into()),
+            Err(StepError::Failed { cause: Cause::Input, .. }) if is_known => false,
+            Err(error) => return Err(self.ended(error)),
         };
         let json = done.json.map_err(|source| StepError::Json { step: "measure", source })?;
-        Ok(Raw { stopped, ..raw(&json, robot) })
+        Ok(Raw { stopped, ..raw(&json, walk.robot) })
     }
 
-    /// What nothing on the robot can see; a trial of which nothing more can be learned is not noted.
-    fn judged(&self, raw: Raw) -> Result<Raw, ExperimentError> {
-        if !std::io::stdin().is_terminal() || raw.stopped {
-            return Ok(raw);
-        }
-        loop {
-            eprint!("Enter if it walked well, f if it fell, b if it went backwards: ");
-            match line()?.as_deref() {
-                Some("") => return Ok(raw),
-                None => return Err(ExperimentError::Interrupted { folder: self.folder.to_owned() }),
-                Some("f") => return Ok(Raw { fell: true, ..raw }),
-                Some("b") => {
-                    let displacement_m = raw.displacement_m.map(|way| way.map(|m| -m));
-                    return Ok(Raw { displacement_m, ..raw });
-                }
-                Some(other) => eprintln!("{other:?} is none of Enter, f and b"),
-            }
+    /// A step that Ctrl-C ended is no failure.
+    fn ended(&self, error: StepError) -> ExperimentError {
+        match error {
+            StepError::Failed { cause: Cause::Interrupted, .. } => self.interrupted(),
+            error => error.into(),
         }
     }
 
-    /// What comes next, and whether it may.
-    fn ask(&mut self, place: Place, number: u32, left: usize) -> Result<Answer, ExperimentError> {
-        if !std::io::stdin().is_terminal() {
-            return Ok(Answer::Walk);
-        }
-        if self.legs_on != Some(place.leg) {
-            eprintln!(
-                "\nFrom here on: legs of {} L. Mount them, and check that the robot stands.",
-                place.leg
-            );
-            self.legs_on = Some(place.leg);
-        }
-        eprintln!("\n{}, trial {}; {left} to go.", words(place), number + 1);
-        loop {
-            eprint!("Put the robot on its mark. Enter walks, s leaves this trial out, q ends for today: ");
-            let answer = line()?;
-            // Reading goes on after a Ctrl-C; the robot must not.
-            match answer.as_deref() {
-                _ if self.stop.load(Ordering::Relaxed) => return Ok(Answer::Quit),
-                Some("") => return Ok(Answer::Walk),
-                Some("s") => return Ok(Answer::Skip),
-                Some("q") | None => return Ok(Answer::Quit),
-                Some(other) => eprintln!("{other:?} is none of Enter, s and q"),
-            }
-        }
+    fn interrupted(&self) -> ExperimentError {
+        ExperimentError::Interrupted { folder: self.folder.to_owned() }
     }
-}
-
-fn line() -> Result<Option<String>, FileError> {
-    let mut lines = std::io::stdin().lock().lines();
-    let line = lines.next().transpose();
-    line.map(|line| line.map(|line| line.trim().to_owned()))
-        .map_err(FileError::on("read", Path::new("standard input")))
-}
-
-fn words(place: Place) -> String {
-    format!("{} at {:.1}x, legs of {} L", place.method.label(), place.amplification, place.leg)
 }
 
 /// From the JSON of `measure`.

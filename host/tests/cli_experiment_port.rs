@@ -1,0 +1,106 @@
+//! `host experiment --port` with somebody at the terminal who answers its
+//! questions. Linux only: the terminal is.
+#![cfg(all(feature = "train", target_os = "linux"))]
+
+mod bench_host;
+mod fake_robot;
+mod terminal;
+
+use bench_host::Setting;
+use fake_robot::Troubles;
+use terminal::Terminal;
+
+const BEFORE: &str = "ends for today: ";
+const DISTANCE: &str = "in metres: ";
+const AFTER: &str = "r to walk it again: ";
+
+fn experiment(setting: &Setting) -> Terminal {
+    let args = ["experiment", "--leg=1", "--method=psto", "--amp=1.4,1.6", "--trials=2", "--duration=0.5"];
+    let folder = setting.folder.path();
+    Terminal::host(folder, &[&args[..], &["--out=study", "--port", &setting.bench.port]].concat())
+}
+
+/// Amplification, trial, distance and mark of each that was noted.
+fn noted(setting: &Setting) -> Vec<[String; 4]> {
+    let mut reader = csv::Reader::from_path(setting.folder.path().join("study/trials.csv")).unwrap();
+    let column = |name: &str, headers: &csv::StringRecord| headers.iter().position(|h| h == name).unwrap();
+    let headers = reader.headers().unwrap().clone();
+    let columns = ["amplification", "trial", "distance_m", "mark"].map(|name| column(name, &headers));
+    reader.records().map(|record| columns.map(|i| record.as_ref().unwrap()[i].to_owned())).collect()
+}
+
+#[test]
+fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered_again() {
+    let setting = Setting::new(Troubles::default());
+
+    let mut today = experiment(&setting);
+    today.after(BEFORE, "\n");
+    today.after(DISTANCE, "0.3\n");
+    today.after(AFTER, "r\n");
+    today.after(BEFORE, "\n");
+    today.after(DISTANCE, "far\n");
+    today.after("\"far\" is no distance", "0,25\n");
+    today.after(AFTER, "\n");
+    today.after("Noted: 0.500 m/s", "");
+    today.after(BEFORE, "s\n");
+    today.after(BEFORE, "\n");
+    today.after(DISTANCE, "0.2\n");
+    today.after(AFTER, "f\n");
+    today.after("Noted as: fell", "");
+    today.after(BEFORE, "perhaps\n");
+    today.after("\"perhaps\" is neither Enter nor one of s, q", "q\n");
+    let (status, said) = today.end();
+
+    assert_eq!(status.code(), Some(130), "{said}");
+    assert!(said.contains("goes on there"), "{said}");
+    let row = |row: [&str; 4]| row.map(str::to_owned);
+    assert_eq!(noted(&setting), [row(["1.4", "0", "0.25", ""]), row(["1.6", "0", "0.2", "fell"])]);
+
+    let mut tomorrow = experiment(&setting);
+    tomorrow.after("at 1.4x, legs of 1 L, trial 2; 2 to go", "\n");
+    tomorrow.after(DISTANCE, "0.1\n");
+    tomorrow.after(AFTER, "b\n");
+    tomorrow.after("at 1.6x, legs of 1 L, trial 2; 1 to go", "s\n");
+    let (status, said) = tomorrow.end();
+
+    assert!(status.success(), "{said}");
+    assert!(said.contains("3 trials;") && said.contains("report.html"), "{said}");
+}
+
+#[test]
+fn a_trial_that_the_robot_broke_off_is_walked_again_or_noted_as_such() {
+    let setting = Setting::new(Troubles { faults_at: Some(10), ..Default::default() });
+
+    let mut terminal = experiment(&setting);
+    terminal.after(BEFORE, "\n");
+    terminal.after("The robot broke it off or refused it", "\n");
+    terminal.after(BEFORE, "\n");
+    terminal.after("The robot broke it off or refused it", "n\n");
+    terminal.after("Noted as: stopped", "");
+    terminal.after(BEFORE, "\n");
+    terminal.after("The robot broke it off or refused it", "s\n");
+    terminal.after(BEFORE, "q\n");
+    terminal.end();
+
+    assert_eq!(noted(&setting), [["1.4", "0", "", "stopped"].map(str::to_owned)]);
+}
+
+#[test]
+fn ctrl_c_is_heard_while_a_question_is_open() {
+    let setting = Setting::new(Troubles::default());
+
+    let mut terminal = experiment(&setting);
+    terminal.after(BEFORE, "\x03");
+    let (status, said) = terminal.end();
+
+    assert_eq!(status.code(), Some(130), "{said}");
+    assert!(said.contains("the trials so far are in study"), "{said}");
+
+    let mut terminal = experiment(&setting);
+    terminal.after(BEFORE, "\n");
+    terminal.after(DISTANCE, "\x03");
+    let (status, said) = terminal.end();
+
+    assert_eq!(status.code(), Some(130), "{said}");
+    assert!(said.contains("the trials so far are in study"), "{said}");
+}
