@@ -12,7 +12,7 @@ use crate::optimise::basis::Basis;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::ant_env::{ACTION_DEG, CONTROL_RATE_HZ};
-use crate::sinusoid::search::{Found, Progress, Search};
+use crate::sinusoid::search::{Found, Progress, ROUND_STEPS, Search};
 use crate::sinusoid::task::{Task, seconds};
 use crate::sinusoid::wave::Pairs;
 use crate::td3::preset::Preset;
@@ -105,6 +105,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         pairs: args.pairs,
         seed: args.seed,
         budget: learners_steps(&config),
+        round_steps: ROUND_STEPS,
     };
     if let Some(value) = args.budget_s {
         search.budget = budget(value, &search)?;

@@ -18,6 +18,8 @@ pub(super) enum Stream {
     FinalStarts,
     /// What the surrogate draws.
     Surrogate,
+    /// Seeds of the rounds after the first.
+    Rounds,
 }
 
 /// The generator of one of them.

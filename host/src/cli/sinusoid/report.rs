@@ -44,6 +44,7 @@ impl Outcome<'_> {
             "pairs": self.pairs,
             "wall_s": self.wall_s,
             "evaluations": found.evaluations.len(),
+            "rounds": found.rounds(),
             "simulated_s": seconds(found.steps),
             "reward_per_step": found.worth.reward_per_step,
             "period_s": found.motion.period_s,
@@ -61,10 +62,11 @@ impl Outcome<'_> {
     pub fn print(&self) {
         let Self { found, gait, .. } = self;
         println!(
-            "gait \"{}\": a stride of {:.3} s, found in {} evaluations, {:.0} s of simulation, {:.0} s",
+            "gait \"{}\": a stride of {:.3} s, found in {} evaluations ({}), {:.0} s of simulation, {:.0} s",
             gait.name,
             found.motion.period_s,
             found.evaluations.len(),
+            if found.rounds() == 1 { "one round".to_owned() } else { format!("{} rounds", found.rounds()) },
             seconds(found.steps),
             self.wall_s
         );
@@ -97,10 +99,10 @@ pub fn table(evaluations: &[Evaluation]) -> Result<Vec<u8>, Unwritable> {
     let failed = |error: csv::Error| Unwritable { source: Box::new(error) };
     let mut table = csv::Writer::from_writer(Vec::new());
     let figures = ["reward_per_step", "speed_m_s", "power_w", "falls"];
-    let head = ["evaluation", "stage"].into_iter().chain(Sinusoid::NAMES).chain(figures);
+    let head = ["evaluation", "round", "stage"].into_iter().chain(Sinusoid::NAMES).chain(figures);
     table.write_record(head).map_err(failed)?;
-    for (number, Evaluation { stage, gait, worth, .. }) in evaluations.iter().enumerate() {
-        let own = [number.to_string(), stage.name().to_owned()];
+    for (number, Evaluation { round, stage, gait, worth, .. }) in evaluations.iter().enumerate() {
+        let own = [number.to_string(), round.to_string(), stage.name().to_owned()];
         let numbers = gait.numbers().map(|number| number.to_string());
         let figures = [worth.reward_per_step, worth.speed_m_s, worth.power_w].map(|n| n.to_string());
         let falls = [worth.falls.to_string()];
