@@ -1,6 +1,9 @@
 //! `host sinusoid`: a short search, what it leaves, and bad flags.
 #![cfg(feature = "train")]
 
+#[cfg(unix)]
+mod interrupt;
+
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
@@ -82,36 +85,12 @@ fn bad_flags_name_the_value_the_limit_and_the_next_move() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_best_so_far_says_so_and_exits_130() {
-    use std::process::Stdio;
-    use std::time::{Duration, Instant};
     let desk = tempfile::tempdir().unwrap();
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_host"))
-        .current_dir(desk.path())
-        .args(["sinusoid", "--out", "run"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let deadline = Instant::now() + Duration::from_secs(120);
     // Signals are caught before the folder is made.
-    while !desk.path().join("run/robot/robot.toml").exists() {
-        assert!(Instant::now() < deadline, "no search within two minutes");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let sign = desk.path().join("run/robot/robot.toml");
 
-    let pid = nix::unistd::Pid::from_raw(child.id() as i32);
-    nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGINT).unwrap();
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > deadline {
-            child.kill().unwrap();
-            panic!("still running after Ctrl-C");
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let text = interrupt::interrupted_once(&sign, desk.path(), &["sinusoid", "--out", "run"]);
 
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    let text = String::from_utf8_lossy(&output.stderr);
     assert!(
         text.contains("interrupted after 4 evaluations; the best gait so far is in run/gait.toml"),
         "{text}"

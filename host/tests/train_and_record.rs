@@ -2,12 +2,12 @@
 #![cfg(feature = "train")]
 #![allow(missing_docs)]
 
+#[cfg(unix)]
+mod interrupt;
 mod tiny_training;
 
 use host::run_folder;
 use host::td3::checkpoint;
-use std::process::Stdio;
-use std::time::{Duration, Instant};
 use tiny_training::{DIFFERING, TINY, folder, folder_with, host};
 
 /// A training without an end in sight.
@@ -78,33 +78,11 @@ fn ends_as_if_it_had_not_been(config: &str) -> Vec<u8> {
 #[test]
 fn ctrl_c_saves_says_how_to_go_on_and_exits_130() {
     let folder = folder_with(&endless());
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_host"))
-        .current_dir(folder.path())
-        .args(["train", "--config", "tiny.toml", "--out", "run"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let state = folder.path().join("run").join(checkpoint::FOLDER).join("state.json");
-    let deadline = Instant::now() + Duration::from_secs(60);
-    while !state.exists() {
-        assert!(Instant::now() < deadline, "no checkpoint within a minute");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let sign = folder.path().join("run").join(checkpoint::FOLDER).join("state.json");
 
-    let pid = nix::unistd::Pid::from_raw(child.id() as i32);
-    nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGINT).unwrap();
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > deadline {
-            child.kill().unwrap();
-            panic!("still running after Ctrl-C");
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let args = ["train", "--config", "tiny.toml", "--out", "run"];
+    let text = interrupt::interrupted_once(&sign, folder.path(), &args);
 
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("--resume run"), "{text}");
     let config = folder.path().join("run").join(run_folder::CONFIG);
     let resumed = std::fs::read_to_string(&config).unwrap().replace("epochs = 100000", "epochs = 1");

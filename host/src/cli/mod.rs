@@ -18,6 +18,8 @@ mod fit;
 mod gaits;
 mod measure;
 #[cfg(feature = "train")]
+mod new_gait;
+#[cfg(feature = "train")]
 mod optimise;
 mod play;
 mod reach;

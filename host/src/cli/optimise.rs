@@ -10,9 +10,10 @@ mod report;
 mod start;
 
 use super::explain::failure;
+use super::new_gait::{NewGait, machine};
 use super::reach::interruptible;
 use super::{Cause, Failure};
-use crate::gait_file::{GaitFile, Provenance, Source};
+use crate::gait_file::{GaitFile, Source};
 use crate::optimise::basis::Basis;
 use crate::optimise::figure;
 use crate::optimise::report::safe_range;
@@ -32,6 +33,10 @@ use thiserror::Error;
 
 /// Searched for a little more than what is asked for: the median must reach it.
 const SPEED_RESERVE: f64 = 1.05;
+/// What a gait moves a unit by at amplitude 1.0.
+const UNIT_DEG: f64 = 24.0;
+/// What a gait that nobody named is called, but for its end.
+const NAME_PREFIX: &str = "opt";
 /// Cost and speed over amplitudes.
 const AMPLITUDES_FIGURE: &str = "amplitudes.svg";
 
@@ -53,12 +58,8 @@ pub enum Objective {
 /// a gait file like any other. The same seed and budget give the same gait.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Shins: 1.0 is 23 cm, 0.6 is 13.8 cm
-    #[arg(long, default_value_t = 1.0, value_name = "SCALE")]
-    leg: f64,
-    /// Folder of a robot other than the Ant
-    #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
-    robot: Option<PathBuf>,
+    #[command(flatten)]
+    new: NewGait,
     /// What is wanted
     #[arg(long, value_enum, default_value_t = Objective::Cot)]
     objective: Objective,
@@ -77,19 +78,9 @@ pub struct Args {
     /// of eight speeds wants several times as long
     #[arg(long, default_value = "10m", value_name = "TIME|TRIALS")]
     budget: Budget,
-    /// Of everything that is drawn
-    #[arg(long, default_value_t = 0, value_parser = super::seed())]
-    seed: u64,
     /// Robots that the report is made on, which the search has not seen
     #[arg(long, default_value_t = 32, value_name = "N", value_parser = clap::value_parser!(u16).range(8..=1000))]
     draws: u16,
-    /// What the robot will call the gait, up to 16 characters [default: from leg and seed]
-    #[arg(long)]
-    name: Option<String>,
-    /// Folder for gait and report [default: a new one in runs; runs/latest stays the last
-    /// trained run]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -101,10 +92,6 @@ enum OptimiseError {
     MinSpeed { value: f64 },
     #[error("--start-amp is {value}; it must be within 0.1 to 3")]
     StartAmplitude { value: f64 },
-    #[error("--name is {name:?}; a name is 1 to {} printable ASCII characters", protocol::Name::CAPACITY)]
-    Name { name: String },
-    #[error("{} is there already: name another folder with --out", .path.display())]
-    Taken { path: PathBuf },
     #[error("--min-speed is for --objective cot and pareto; speed looks for the fastest gait there is")]
     MinSpeedOfSpeed,
     #[error("--start-amp is for a gait to begin at; --start {start} has no amplitude")]
@@ -122,17 +109,11 @@ enum OptimiseError {
 pub fn run(args: Args) -> Result<(), Failure> {
     let began = Instant::now();
     check(&args)?;
-    let robot = match &args.robot {
-        Some(folder) => Robot::load(folder),
-        None => Robot::ant(args.leg),
-    }
-    .map_err(|error| failure(Cause::Input, error))?;
+    let robot = args.new.robot()?;
     let start = start::read(&args.start, args.start_amp)?;
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, OptimiseError::Basis))?;
     let stop = interruptible()?;
-    let folder = folder(&args)?;
-    // First, so that a folder that cannot be written costs no search.
-    robot.save(&folder.join(run_folder::ROBOT)).map_err(|error| failure(Cause::Machine, error))?;
+    let folder = args.new.folder("optimise", &robot)?;
 
     let at_least_m_s = args.min_speed.unwrap_or_else(|| usual_speed_m_s(&robot));
     let aim = match args.objective {
@@ -148,9 +129,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
         front::search(&hunt, &mut found, at_least_m_s);
     }
 
-    let name = args.name.clone().unwrap_or_else(|| format!("{}-seed{}", usual_name(&robot), args.seed));
+    let name = args.new.name_or(NAME_PREFIX, &robot);
     let path = folder.join(run_folder::GAIT);
-    let mut gait = gait(&args, &robot, name, &found.motion, None);
+    let mut gait = gait(&args, &robot, &name, &found.motion, None);
     // Now, so that whatever happens to the report leaves the gait.
     gait.save(&path).map_err(|error| failure(Cause::Machine, error))?;
     eprintln!("searched; now it walks on {} robots that the search has not seen", args.draws);
@@ -168,7 +149,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         amplitudes: &amplitudes,
         trials: found.trials,
         at_least_m_s: matches!(aim, Aim::Cost { .. }).then_some(at_least_m_s),
-        seed: args.seed,
+        seed: args.new.seed,
         wall_s: began.elapsed().as_secs_f64(),
         interrupted,
     };
@@ -209,23 +190,7 @@ fn check(args: &Args) -> Result<(), Failure> {
     if args.objective == Objective::Pareto && trials < least {
         return Err(usage(OptimiseError::FrontBudget { trials, least }));
     }
-    if let Some(name) = args.name.as_ref().filter(|name| protocol::Name::new(name).is_none()) {
-        return Err(usage(OptimiseError::Name { name: name.clone() }));
-    }
-    // A trained run, too, would no longer be what it says.
-    let files = [run_folder::GAIT, run_folder::CONFIG, run_folder::ROBOT];
-    let mut taken = args.out.iter().flat_map(|folder| files.map(|file| folder.join(file)));
-    taken.find(|path| path.exists()).map_or(Ok(()), |path| Err(usage(OptimiseError::Taken { path })))
-}
-
-fn machine(error: run_folder::FileError) -> Failure {
-    failure(super::explain::file_cause(&error), error)
-}
-
-fn folder(args: &Args) -> Result<PathBuf, Failure> {
-    let Some(folder) = &args.out else { return run_folder::create("optimise").map_err(machine) };
-    std::fs::create_dir_all(folder).map_err(run_folder::FileError::on("create", folder)).map_err(machine)?;
-    Ok(folder.clone())
+    args.new.check()
 }
 
 /// Writes everything; the result for scripts.
@@ -253,25 +218,9 @@ fn write_figure(path: &Path, drawn: Result<String, PlotError>) -> Result<(), Fai
     run_folder::write(path, svg.as_bytes()).map_err(|error| failure(Cause::Machine, error))
 }
 
-/// What the robot calls a gait that nobody named, but for its end.
-fn usual_name(robot: &Robot) -> String {
-    format!("opt-{}L", robot.geometry.leg_scale)
-}
-
-fn gait(args: &Args, robot: &Robot, name: String, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
-    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
-    GaitFile {
-        name: name.chars().take(protocol::Name::CAPACITY).collect(),
-        period_s: motion.period_s,
-        unit_deg: 24.0,
-        provenance: Provenance {
-            seed: Some(args.seed),
-            seam: Some("continuous".into()),
-            leg_scale: Some(robot.geometry.leg_scale),
-            command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
-            safe_amplitudes: safe.map(|(least, most)| [least, most]),
-            ..Provenance::of(Source::Searched)
-        },
-        joints: motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg)),
-    }
+fn gait(args: &Args, robot: &Robot, name: &str, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
+    let joints = motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
+    let mut gait = args.new.file(robot, name, Source::Searched, motion.period_s, UNIT_DEG, joints);
+    gait.provenance.safe_amplitudes = safe.map(|(least, most)| [least, most]);
+    gait
 }

@@ -1,16 +1,18 @@
 //! `host sinusoid`: the rival that learned gaits are measured against.
 //!
-//! Owns the flags, the run's folder and Ctrl-C; the search is
+//! Owns the flags, the budget and Ctrl-C; the search is
 //! [`crate::sinusoid`]'s, the words stand in `report`.
 
 mod report;
 
-use super::explain::{failure, failure_with_help, file_cause};
+use super::explain::{failure, failure_with_help};
+use super::new_gait::{NewGait, machine};
+use super::reach::interruptible;
 use super::{Cause, Failure};
-use crate::gait_file::{GaitFile, Provenance, Source};
+use crate::gait_file::{GaitFile, Source};
 use crate::optimise::basis::Basis;
 use crate::robot::Robot;
-use crate::run_folder::{self, FileError};
+use crate::run_folder;
 use crate::sim::ant_env::{ACTION_DEG, CONTROL_RATE_HZ};
 use crate::sinusoid::search::{Found, Progress, ROUND_STEPS, Search};
 use crate::sinusoid::task::{Task, seconds};
@@ -20,7 +22,6 @@ use crate::td3::run_config::RunConfig;
 use indicatif::{ProgressBar, ProgressStyle};
 use report::Outcome;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use thiserror::Error;
@@ -41,12 +42,8 @@ const EVALUATIONS: &str = "evaluations.csv";
 /// tuned at amplitude 1.875. The same seed and budget give the same gait.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Shins: 1.0 is 23 cm, 0.6 is 13.8 cm
-    #[arg(long, default_value_t = 1.0, value_name = "SCALE")]
-    leg: f64,
-    /// Folder of a robot other than the Ant
-    #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
-    robot: Option<PathBuf>,
+    #[command(flatten)]
+    new: NewGait,
     /// The task, and the budget that learning it has
     #[arg(long, value_enum, default_value = "walk")]
     preset: Preset,
@@ -56,15 +53,6 @@ pub struct Args {
     /// Legs that swing together
     #[arg(long, value_enum, default_value_t)]
     pairs: Pairs,
-    /// Of everything that is drawn
-    #[arg(long, default_value_t = 0, value_parser = super::seed())]
-    seed: u64,
-    /// What the robot will call the gait, up to 16 characters [default: from leg and seed]
-    #[arg(long)]
-    name: Option<String>,
-    /// Folder for gait and report [default: a new one in runs]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -77,43 +65,31 @@ enum SinusoidError {
          least is 22 evaluations of 8 episodes of {episode_s:.1} s"
     )]
     Budget { value: f64, least: f64, episode_s: f64 },
-    #[error("--name is {name:?}; a name is 1 to {} printable ASCII characters", protocol::Name::CAPACITY)]
-    Name { name: String },
-    #[error("{} is there already: name another folder with --out", .path.display())]
-    Taken { path: PathBuf },
     #[error("interrupted after {evaluations} evaluations; the best gait so far is in {}", .path.display())]
     Interrupted { evaluations: usize, path: PathBuf },
     #[error("the curves that sines are made of could not be computed")]
     Basis,
-    #[error("cannot catch Ctrl-C")]
-    Signals { source: ctrlc::Error },
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let began = Instant::now();
-    check(&args)?;
-    let robot = match &args.robot {
-        Some(folder) => Robot::load(folder),
-        None => Robot::ant(args.leg),
-    }
-    .map_err(|error| failure(Cause::Input, error))?;
+    args.new.check()?;
+    let robot = args.new.robot()?;
     let config = RunConfig::preset(args.preset).map_err(|error| failure(Cause::Input, error))?;
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, SinusoidError::Basis))?;
     let mut search = Search {
         task: Task { robot: &robot, env: config.env },
         basis,
         pairs: args.pairs,
-        seed: args.seed,
+        seed: args.new.seed,
         budget: learners_steps(&config),
         round_steps: ROUND_STEPS,
     };
     if let Some(value) = args.budget_s {
         search.budget = budget(value, &search)?;
     }
-    let stop = stop_flag()?;
-    let folder = folder(&args)?;
-    // First, so that a folder that cannot be written costs no search.
-    robot.save(&folder.join(run_folder::ROBOT)).map_err(|error| failure(Cause::Machine, error))?;
+    let stop = interruptible()?;
+    let folder = args.new.folder("sinusoid", &robot)?;
 
     let found = watched(&search, &stop);
     let gait = gait(&args, &robot, &found);
@@ -126,7 +102,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         found: &found,
         preset: args.preset,
         pairs: args.pairs,
-        seed: args.seed,
+        seed: args.new.seed,
         wall_s: began.elapsed().as_secs_f64(),
     };
     let table = report::table(&found.evaluations).map_err(|error| failure(Cause::Machine, error))?;
@@ -134,9 +110,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let json = outcome.to_json();
     let text = format!("{json:#}\n");
     run_folder::write(&folder.join(run_folder::SUMMARY), text.as_bytes()).map_err(machine)?;
-    if args.out.is_none() {
-        run_folder::make_latest(&folder).map_err(machine)?;
-    }
     if args.json {
         println!("{json:#}");
     } else {
@@ -155,18 +128,6 @@ fn learners_steps(config: &RunConfig) -> u64 {
     schedule.total_updates() * schedule.env_steps_per_update + schedule.warm_up_env_steps
 }
 
-/// Refuses now what would be refused after the search.
-fn check(args: &Args) -> Result<(), Failure> {
-    let usage = |error: SinusoidError| failure(Cause::Usage, error);
-    if let Some(name) = args.name.as_ref().filter(|name| protocol::Name::new(name).is_none()) {
-        return Err(usage(SinusoidError::Name { name: name.clone() }));
-    }
-    // A trained run, too, would no longer be what it says.
-    let files = [run_folder::GAIT, run_folder::CONFIG, run_folder::ROBOT];
-    let mut taken = args.out.iter().flat_map(|folder| files.map(|file| folder.join(file)));
-    taken.find(|path| path.exists()).map_or(Ok(()), |path| Err(usage(SinusoidError::Taken { path })))
-}
-
 fn budget(value: f64, search: &Search<'_>) -> Result<u64, Failure> {
     let least = seconds(search.least_budget()).ceil();
     if (least..=MOST_BUDGET_S).contains(&value) {
@@ -175,24 +136,6 @@ fn budget(value: f64, search: &Search<'_>) -> Result<u64, Failure> {
     let episode_s = seconds(search.task.episode_steps());
     let error = SinusoidError::Budget { value, least, episode_s };
     Err(failure_with_help(Cause::Usage, error, "leave it out for the budget that `train` has"))
-}
-
-fn machine(error: FileError) -> Failure {
-    failure(file_cause(&error), error)
-}
-
-fn folder(args: &Args) -> Result<PathBuf, Failure> {
-    let Some(folder) = &args.out else { return run_folder::create("sinusoid").map_err(machine) };
-    std::fs::create_dir_all(folder).map_err(FileError::on("create", folder)).map_err(machine)?;
-    Ok(folder.clone())
-}
-
-fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
-        .map_err(|source| failure(Cause::Machine, SinusoidError::Signals { source }))?;
-    Ok(stop)
 }
 
 /// The search, with a bar, or for logs a line a tenth.
@@ -223,23 +166,9 @@ fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
 }
 
 fn gait(args: &Args, robot: &Robot, found: &Found) -> GaitFile {
-    let usual = || format!("sin-{}L-seed{}", robot.geometry.leg_scale, args.seed);
-    let name: String = args.name.clone().unwrap_or_else(usual);
-    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
     let mut joints = found.motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
     let curves = joints.iter_mut().flat_map(|joint| &mut joint.coefficients_deg);
     curves.for_each(|coefficient_deg| *coefficient_deg *= UNIT_DEG / ACTION_DEG);
-    GaitFile {
-        name: name.chars().take(protocol::Name::CAPACITY).collect(),
-        period_s: found.motion.period_s,
-        unit_deg: UNIT_DEG,
-        provenance: Provenance {
-            seed: Some(args.seed),
-            seam: Some("continuous".into()),
-            leg_scale: Some(robot.geometry.leg_scale),
-            command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
-            ..Provenance::of(Source::Sinusoid)
-        },
-        joints,
-    }
+    let name = args.new.name_or("sin", robot);
+    args.new.file(robot, &name, Source::Sinusoid, found.motion.period_s, UNIT_DEG, joints)
 }

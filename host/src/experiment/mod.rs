@@ -7,6 +7,8 @@
 
 pub mod at_speed;
 pub mod books;
+#[cfg(test)]
+mod by_hand;
 pub mod claims;
 pub mod figures;
 pub mod ledger;

@@ -61,7 +61,7 @@ impl Hunt<'_> {
             space: &space,
             test: Test { aim, duration_s: SEARCH_TRIAL_S },
             tolerances: self.tolerances,
-            seed: self.args.seed,
+            seed: self.args.new.seed,
             budget,
             stop: self.stop,
         };
@@ -84,7 +84,7 @@ impl Hunt<'_> {
     }
 
     fn fresh(&self, draws: usize) -> Fresh<'_> {
-        Fresh { seed: REPORT_SEED ^ self.args.seed, draws, stop: self.stop }
+        Fresh { seed: REPORT_SEED ^ self.args.new.seed, draws, stop: self.stop }
     }
 }
 

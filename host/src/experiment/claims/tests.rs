@@ -1,27 +1,15 @@
 //! Claims over conditions made by hand, so that each verdict is known beforehand.
 
 use super::*;
+use crate::experiment::by_hand;
 use crate::experiment::summary::best;
 
-fn mean(mean: f64) -> Option<Mean> {
-    Some(Mean { mean, ci95: Some(0.001) })
-}
-
 fn condition(method: Method, leg: f64, amplification: f64, speed_m_s: f64, cost: f64) -> Condition {
-    Condition {
-        method,
-        leg,
-        amplification,
-        n: 3,
-        trials: 3,
-        speed_m_s: mean(speed_m_s),
-        power_w: mean(10.0 * cost * speed_m_s),
-        cost_of_transport: mean(cost),
-        falls: 0,
-        marks: Vec::new(),
-        setpoint_speed_max_rad_s: Some(1.0),
-        not_run: None,
-    }
+    let [speed_m_s, power_w, cost_of_transport] =
+        [speed_m_s, 10.0 * cost * speed_m_s, cost].map(|figure| by_hand::mean(figure, 0.001));
+    let setpoint_speed_max_rad_s = Some(1.0);
+    let plain = by_hand::condition(method, leg, amplification);
+    Condition { speed_m_s, power_w, cost_of_transport, setpoint_speed_max_rad_s, ..plain }
 }
 
 /// Speeds from 0.06 to 0.13 m/s. PSTO, `advantage` cheaper than the original, is as
@@ -88,7 +76,7 @@ fn equal_speeds_are_no_advantage() {
     let at_2_0 = |c: &&mut Condition| {
         (c.method, c.leg) == (Method::Psto, LONG) && (c.amplification - 2.0).abs() < 1e-9
     };
-    conditions.iter_mut().find(at_2_0).unwrap().speed_m_s = mean(0.2);
+    conditions.iter_mut().find(at_2_0).unwrap().speed_m_s = by_hand::mean(0.2, 0.001);
     assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO reaches the highest speed"), Some(true));
     assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO is fastest at 2.0x"), Some(true));
     assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO's best cost is lower"), Some(false));
@@ -102,7 +90,7 @@ fn the_crossing_is_where_psto_stays_cheaper() {
     let mut conditions = study(0.1);
     for condition in &mut conditions {
         if (condition.method, condition.leg) == (Method::Sinusoid, SHORT) && condition.amplification > 1.3 {
-            condition.cost_of_transport = mean(0.7);
+            condition.cost_of_transport = by_hand::mean(0.7, 0.001);
         }
     }
 

@@ -1,12 +1,9 @@
 use super::points::{Quadratic, in_order, series};
 use super::power::{PowerAt, power_at};
 use super::*;
-use crate::experiment::summary::{self, Condition, Mean};
+use crate::experiment::by_hand;
+use crate::experiment::summary::Condition;
 use crate::stride::Sample;
-
-fn mean(mean: f64) -> Option<Mean> {
-    Some(Mean { mean, ci95: Some(0.01) })
-}
 
 /// One that walked.
 fn walked(
@@ -17,49 +14,18 @@ fn walked(
     power_w: f64,
     cost: f64,
 ) -> Condition {
-    Condition {
-        method,
-        leg,
-        amplification,
-        n: 3,
-        trials: 3,
-        speed_m_s: mean(speed_m_s),
-        power_w: mean(power_w),
-        cost_of_transport: mean(cost),
-        falls: 0,
-        marks: vec![],
-        setpoint_speed_max_rad_s: None,
-        not_run: None,
-    }
+    let [speed_m_s, power_w, cost_of_transport] =
+        [speed_m_s, power_w, cost].map(|figure| by_hand::mean(figure, 0.01));
+    Condition { speed_m_s, power_w, cost_of_transport, ..by_hand::condition(method, leg, amplification) }
 }
 
 fn not_run(method: Method, leg: f64, amplification: f64) -> Condition {
-    Condition {
-        n: 0,
-        trials: 0,
-        speed_m_s: None,
-        power_w: None,
-        cost_of_transport: None,
-        not_run: Some("beyond the servos' range".into()),
-        ..walked(method, leg, amplification, 0.0, 0.0, 0.0)
-    }
+    let not_run = Some("beyond the servos' range".into());
+    Condition { n: 0, trials: 0, not_run, ..by_hand::condition(method, leg, amplification) }
 }
 
 fn study(conditions: Vec<Condition>) -> Study {
-    let leg = |leg| LegStudy { leg, gaits: vec![], learning: None, stride: None };
-    Study {
-        venue: crate::experiment::study::Venue::Twin,
-        legs: vec![leg(1.0), leg(0.6)],
-        best: summary::best(&conditions),
-        conditions,
-        claims: vec![],
-        trials: vec![],
-        parameters: vec![],
-        skipped: vec![],
-        books: Vec::new(),
-        prepare_wall_s: 0.0,
-        wall_s: 0.0,
-    }
+    by_hand::study(&[1.0, 0.6], conditions)
 }
 
 #[test]
@@ -155,7 +121,7 @@ fn power_at_a_speed_that_a_method_never_has_is_not_extrapolated() {
     assert_eq!(at(Method::Original), Some(PowerAt::NeverSoSlow { slowest_m_s: 0.13 }));
     assert_eq!(
         at(Method::Ours),
-        Some(PowerAt::Interpolated { power_w: mean(0.7).unwrap(), between: (1.0, 1.0) })
+        Some(PowerAt::Interpolated { power_w: by_hand::mean(0.7, 0.01).unwrap(), between: (1.0, 1.0) })
     );
     assert_eq!((at(Method::Sinusoid), at(Method::Searched)), (None, None));
 }

@@ -1,42 +1,18 @@
 use super::words::{sure, verdicts};
 use super::*;
-use crate::experiment::figures;
 use crate::experiment::study::{Claim, GaitNote, LegStudy, Parameter, Venue};
-use crate::experiment::summary::{self, Condition, Mean};
+use crate::experiment::summary::{Condition, Mean};
 use crate::experiment::trial::Mark;
+use crate::experiment::{by_hand, figures};
 
 fn condition(method: Method, amplification: f64, cost: f64, speed_m_s: f64, half: f64) -> Condition {
-    let mean = |mean| Some(Mean { mean, ci95: Some(half) });
-    Condition {
-        method,
-        leg: 1.0,
-        amplification,
-        n: 3,
-        trials: 3,
-        speed_m_s: mean(speed_m_s),
-        power_w: mean(0.8),
-        cost_of_transport: mean(cost),
-        falls: 0,
-        marks: vec![],
-        setpoint_speed_max_rad_s: None,
-        not_run: None,
-    }
+    let [speed_m_s, power_w, cost_of_transport] =
+        [speed_m_s, 0.8, cost].map(|figure| by_hand::mean(figure, half));
+    Condition { speed_m_s, power_w, cost_of_transport, ..by_hand::condition(method, 1.0, amplification) }
 }
 
 fn study(conditions: Vec<Condition>) -> Study {
-    Study {
-        venue: Venue::Twin,
-        legs: vec![],
-        best: summary::best(&conditions),
-        conditions,
-        claims: vec![],
-        trials: vec![],
-        parameters: vec![],
-        skipped: vec![],
-        books: Vec::new(),
-        prepare_wall_s: 0.0,
-        wall_s: 125.0,
-    }
+    by_hand::study(&[], conditions)
 }
 
 /// 0.6 of PSTO beside 0.5 of the sinusoid: 20 % of 0.5 more; the paper has 0.595 and 0.639, 6.9 % less.

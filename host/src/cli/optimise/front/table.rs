@@ -3,7 +3,7 @@
 use super::{Front, names};
 use crate::cli::explain::{failure, path_text};
 use crate::cli::optimise::hunt::Hunt;
-use crate::cli::optimise::{gait, usual_name, write_figure};
+use crate::cli::optimise::{NAME_PREFIX, gait, write_figure};
 use crate::cli::{Cause, Failure};
 use crate::gait_file::{GaitFile, gait_sha256};
 use crate::optimise::figure;
@@ -22,10 +22,10 @@ const HEAD: &str = "asked_m_s,speed_m_s,speed_p10,speed_p90,cost_of_transport,co
 /// Gaits of the front as files have them.
 fn gaits(front: &Front, hunt: &Hunt<'_>) -> Vec<GaitFile> {
     let speeds: Vec<f64> = front.points.iter().map(|point| point.walks.speed_m_s.median).collect();
-    let prefix = hunt.args.name.clone().unwrap_or_else(|| usual_name(hunt.robot));
+    let prefix = hunt.args.new.names_or(NAME_PREFIX, hunt.robot);
     let with_name = names::distinct(&prefix, &speeds).into_iter().zip(&front.points);
     let one = |(name, point): (String, &super::Point)| {
-        gait(hunt.args, hunt.robot, name, &point.motion, safe_range(&point.amplitudes))
+        gait(hunt.args, hunt.robot, &name, &point.motion, safe_range(&point.amplitudes))
     };
     with_name.map(one).collect()
 }
