@@ -8,6 +8,7 @@
 
 mod axis;
 mod marks;
+mod notes;
 mod raster;
 mod svg;
 mod table;

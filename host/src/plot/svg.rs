@@ -3,7 +3,7 @@
 //! Owns sizes and places. plotters knows whole pixels only, so that everything
 //! is drawn [`FINE`] times as large and shown that much smaller.
 
-use super::{Axis, Colour, Entry, Figure, Panel, PlotError, Side, marks};
+use super::{Axis, Colour, Entry, Figure, Panel, PlotError, Side, marks, notes};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -12,7 +12,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 pub const FINE: u32 = 8;
 pub const TITLE_PX: f64 = 17.0;
 pub const TEXT_PX: f64 = 13.0;
-const TICK_PX: f64 = 12.0;
+pub const TICK_PX: f64 = 12.0;
 /// Around everything.
 pub const MARGIN_PX: u32 = 12;
 /// Of a line of the legend.
@@ -164,41 +164,10 @@ fn draw_panel(area: &Area, panel: &Panel, left: i32) -> Result<(), PlotError> {
     write_notes(area, panel, &chart)
 }
 
-/// Where each note's text begins, in pixels: beside its place, and below a note that is in its way.
-fn note_places(area: &Area, panel: &Panel, chart: &Chart) -> Vec<(i32, i32)> {
-    let (origin_x, origin_y) = area.get_base_pixel();
-    let away = |side| if side == Side::Left { -1 } else { 1 };
-    let mut places: Vec<(i32, i32)> = panel
-        .notes
-        .iter()
-        .map(|note| {
-            let (across, down) = chart.backend_coord(&note.at);
-            (across - origin_x + away(note.side) * fine(9), down - origin_y)
-        })
-        .collect();
-    let span = |k: usize, places: &[(i32, i32)]| {
-        let far =
-            places[k].0 + away(panel.notes[k].side) * fine(text_width_px(&panel.notes[k].text, TICK_PX));
-        (places[k].0.min(far), places[k].0.max(far))
-    };
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by_key(|&k| places[k].1);
-    for (position, &k) in order.iter().enumerate() {
-        for &above in &order[..position] {
-            let ((left, right), (others_left, others_right)) = (span(k, &places), span(above, &places));
-            let least = places[above].1 + 2 * fine(8);
-            if left <= others_right && others_left <= right && places[k].1 < least {
-                places[k].1 = least;
-            }
-        }
-    }
-    places
-}
-
 /// Grounds for notes: the grid would strike them through. What is drawn lies above
 /// them, so that no note hides a result.
 fn clear_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
-    for (note, (near, middle)) in panel.notes.iter().zip(note_places(area, panel, chart)) {
+    for (note, (near, middle)) in panel.notes.iter().zip(notes::places(area, panel, chart)) {
         let width = fine(text_width_px(&note.text, TICK_PX));
         let far = if note.side == Side::Left { near - width } else { near + width };
         let half = fine(8);
@@ -210,7 +179,7 @@ fn clear_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotErro
 
 /// Beside their places, clear of the marks there.
 fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {
-    for (note, at) in panel.notes.iter().zip(note_places(area, panel, chart)) {
+    for (note, at) in panel.notes.iter().zip(notes::places(area, panel, chart)) {
         let side = if note.side == Side::Left { HPos::Right } else { HPos::Left };
         area.draw(&Text::new(printable(&note.text), at, font(TICK_PX, INK, side, VPos::Center)))?;
     }
