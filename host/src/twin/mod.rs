@@ -14,6 +14,7 @@ mod parameters;
 mod plan;
 mod power;
 mod predict;
+mod report;
 mod score;
 mod validate;
 
@@ -23,8 +24,9 @@ pub use fit::{Fit, Progress, fit};
 pub use parameters::{PARAMETERS, Parameter};
 pub use plan::{Begin, Budget};
 pub use predict::{Prediction, predict};
+pub use report::{Both, Condition, HalfStep, Method, Pair, Report};
 pub use score::{line_to, mean_relative_error, spearman};
-pub use validate::{Both, Condition, HalfStep, Method, Options, Pair, Report, validate};
+pub use validate::{Options, validate};
 
 #[cfg(test)]
 mod tests;
