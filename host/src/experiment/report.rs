@@ -86,7 +86,7 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                         p {
                             "Making the gaits (training, recording, searching): "
                             (duration(study.prepare_wall_s)) ". Trials and figures: "
-                            (duration(study.wall_s)) "."
+                            (duration(study.wall_s)) " in the last call."
                         }
                     }
                 }
