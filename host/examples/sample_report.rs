@@ -57,6 +57,7 @@ fn sample() -> Study {
         conditions,
         claims: claims(),
         trials,
+        descriptions: vec![Parameter { name: "a robot".into(), value: "name = \"Ant\"\n".into() }],
         parameters: [("what this is", NOTE), ("trial", "12 s"), ("seed of the perturbations", "0")]
             .map(|(name, value)| Parameter { name: name.into(), value: value.into() })
             .to_vec(),
@@ -96,6 +97,7 @@ fn leg_study(leg: f64) -> LegStudy {
         period_s: 1.5,
         gait_sha256: "0123456789abcdef".repeat(4),
         prepare_wall_s: (method == Method::Sinusoid).then_some(1_260.0),
+        remark: Some("made up".into()),
     };
     LegStudy {
         leg,

@@ -10,14 +10,34 @@ use bench_host::Setting;
 use fake_robot::Troubles;
 use terminal::Terminal;
 
-const BEFORE: &str = "ends for today: ";
+const BEFORE: &str = "s leaves this trial out, q ends for today: ";
+const BROKEN_OFF: &str = "s leaves it out, q ends for today: ";
 const DISTANCE: &str = "in metres: ";
 const AFTER: &str = "r to walk it again: ";
 
-fn experiment(setting: &Setting) -> Terminal {
+fn experiment(setting: &Setting, more: &[&str]) -> Terminal {
     let args = ["experiment", "--leg=1", "--method=psto", "--amp=1.4,1.6", "--trials=2", "--duration=0.5"];
     let folder = setting.folder.path();
-    Terminal::host(folder, &[&args[..], &["--out=study", "--port", &setting.bench.port]].concat())
+    Terminal::host(folder, &[&args[..], &["--out=study", "--port", &setting.bench.port], more].concat())
+}
+
+/// A CSV of positions says nothing of falls: the person is asked.
+#[test]
+fn with_a_tracker_that_tells_no_tilt_the_person_says_whether_it_fell() {
+    let setting = Setting::new(Troubles::default());
+    let now = std::time::UNIX_EPOCH.elapsed().unwrap().as_secs_f64();
+    let rows: String =
+        (0..900).map(|i| f64::from(i) / 10.0).map(|t| format!("{:.3},{:.6},0\n", now + t, 0.3 * t)).collect();
+    std::fs::write(setting.folder.path().join("track.csv"), format!("time_s,x_m,y_m\n{rows}")).unwrap();
+
+    let mut terminal = experiment(&setting, &["--tracker=track.csv"]);
+    terminal.after(BEFORE, "\n");
+    terminal.after("Enter if it walked well, f if it fell, r to walk it again: ", "f\n");
+    terminal.after("Noted as: fell", "");
+    terminal.after(BEFORE, "q\n");
+    terminal.end();
+
+    assert_eq!(noted(&setting)[0][3], "fell");
 }
 
 /// Amplification, trial, distance and mark of each that was noted.
@@ -33,7 +53,7 @@ fn noted(setting: &Setting) -> Vec<[String; 4]> {
 fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered_again() {
     let setting = Setting::new(Troubles::default());
 
-    let mut today = experiment(&setting);
+    let mut today = experiment(&setting, &[]);
     today.after(BEFORE, "\n");
     today.after(DISTANCE, "0.3\n");
     today.after(AFTER, "r\n");
@@ -44,7 +64,8 @@ fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered
     today.after("Noted: 0.500 m/s", "");
     today.after(BEFORE, "s\n");
     today.after(BEFORE, "\n");
-    today.after(DISTANCE, "0.2\n");
+    // Typed ahead, Enters are no answers: it would have walked well, and walked again.
+    today.after(DISTANCE, "0.2\n\n\n");
     today.after(AFTER, "f\n");
     today.after("Noted as: fell", "");
     today.after(BEFORE, "perhaps\n");
@@ -56,7 +77,7 @@ fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered
     let row = |row: [&str; 4]| row.map(str::to_owned);
     assert_eq!(noted(&setting), [row(["1.4", "0", "0.25", ""]), row(["1.6", "0", "0.2", "fell"])]);
 
-    let mut tomorrow = experiment(&setting);
+    let mut tomorrow = experiment(&setting, &[]);
     tomorrow.after("at 1.4x, legs of 1 L, trial 2; 2 to go", "\n");
     tomorrow.after(DISTANCE, "0.1\n");
     tomorrow.after(AFTER, "b\n");
@@ -65,20 +86,22 @@ fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered
 
     assert!(status.success(), "{said}");
     assert!(said.contains("3 trials;") && said.contains("report.html"), "{said}");
+    // What the person saw outweighs what the other trials did.
+    assert_eq!(noted(&setting)[2], row(["1.4", "1", "0.1", "backwards"]));
 }
 
 #[test]
 fn a_trial_that_the_robot_broke_off_is_walked_again_or_noted_as_such() {
     let setting = Setting::new(Troubles { faults_at: Some(10), ..Default::default() });
 
-    let mut terminal = experiment(&setting);
+    let mut terminal = experiment(&setting, &[]);
     terminal.after(BEFORE, "\n");
-    terminal.after("The robot broke it off or refused it", "\n");
+    terminal.after(BROKEN_OFF, "\n");
     terminal.after(BEFORE, "\n");
-    terminal.after("The robot broke it off or refused it", "n\n");
+    terminal.after(BROKEN_OFF, "n\n");
     terminal.after("Noted as: stopped", "");
     terminal.after(BEFORE, "\n");
-    terminal.after("The robot broke it off or refused it", "s\n");
+    terminal.after(BROKEN_OFF, "s\n");
     terminal.after(BEFORE, "q\n");
     terminal.end();
 
@@ -89,14 +112,14 @@ fn a_trial_that_the_robot_broke_off_is_walked_again_or_noted_as_such() {
 fn ctrl_c_is_heard_while_a_question_is_open() {
     let setting = Setting::new(Troubles::default());
 
-    let mut terminal = experiment(&setting);
+    let mut terminal = experiment(&setting, &[]);
     terminal.after(BEFORE, "\x03");
     let (status, said) = terminal.end();
 
     assert_eq!(status.code(), Some(130), "{said}");
     assert!(said.contains("the trials so far are in study"), "{said}");
 
-    let mut terminal = experiment(&setting);
+    let mut terminal = experiment(&setting, &[]);
     terminal.after(BEFORE, "\n");
     terminal.after(DISTANCE, "\x03");
     let (status, said) = terminal.end();

@@ -16,7 +16,7 @@ use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::interruptible;
 use super::steps::{StepError, Steps};
 use super::{Cause, Failure};
-use crate::experiment::ledger::{Identity, Ledger, LedgerError};
+use crate::experiment::ledger::{self, Identity, Ledger, LedgerError};
 use crate::experiment::materials::MaterialsError;
 use crate::experiment::method::Method;
 use crate::experiment::paper;
@@ -28,7 +28,7 @@ use clap::ValueEnum;
 use device::{Device, Reach};
 use person::Person;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use thiserror::Error;
 
@@ -166,6 +166,14 @@ impl ExperimentError {
                 self,
                 "name another folder with --out, or the flags of that study",
             ),
+            Self::Ledger(LedgerError::Busy { .. }) => {
+                failure_with_help(Cause::Usage, self, "wait for it, or name another folder with --out")
+            }
+            Self::Ledger(LedgerError::NoPlan { .. } | LedgerError::Trial { .. }) => failure_with_help(
+                Cause::Input,
+                self,
+                "put right what was changed by hand, or name another folder with --out",
+            ),
             Self::File(error) => failure(file_cause(&error), error),
             Self::Materials(_) | Self::Ledger(_) | Self::Reference(_) | Self::Robot(_) => {
                 failure(Cause::Input, self)
@@ -218,7 +226,15 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
         device.check()?;
     }
 
+    // Before hours of training, and before a gait is copied into a folder of something else.
+    let robot_sha256s: Vec<String> =
+        robots.iter().map(|robot| inputs::sha256(format!("{robot:?}").as_bytes())).collect();
+    let reference_sha256 = reference.as_ref().map(|(_, sha256)| sha256.clone());
+    ledger::refuse_another(&folder, &plan, venue, &robot_sha256s, reference_sha256.as_ref())?;
     let legs = inputs::gaits(args, &plan, &robots, &folder)?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(ExperimentError::Interrupted { folder });
+    }
     let prepare_wall_s = if args.retrain { prepare::wall_s(&legs) } else { 0.0 };
 
     let began = Instant::now();
@@ -238,11 +254,13 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
             .iter()
             .map(move |g| (g.note.method.name().to_owned(), leg, g.note.gait_sha256.clone()))
     });
-    let reference_sha256 = reference.as_ref().map(|(_, sha256)| sha256.clone());
-    let robots =
-        legs.iter().map(|materials| inputs::sha256(format!("{:?}", materials.robot).as_bytes())).collect();
-    let identity =
-        Identity { plan: plan.clone(), venue, robots, gaits: gaits.collect(), reference: reference_sha256 };
+    let identity = Identity {
+        plan: plan.clone(),
+        venue,
+        robots: robot_sha256s,
+        gaits: gaits.collect(),
+        reference: reference_sha256,
+    };
     let mut ledger = Ledger::open(&folder, &identity)?;
     let walked = walks::Walks { plan: &plan, legs: &legs, authors, planned: &planned, stop };
     match device {

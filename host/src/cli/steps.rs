@@ -7,7 +7,7 @@
 use super::{Cause, Failure};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::Instant;
 use thiserror::Error;
 
@@ -100,10 +100,27 @@ impl Steps {
         if output.status.success() {
             return Ok(Done { outcome: Ok(()), json });
         }
-        let cause = Cause::of_code(output.status.code());
+        let cause = if was_interrupted(output.status) {
+            Cause::Interrupted
+        } else {
+            Cause::of_code(output.status.code())
+        };
         let code = output.status.code().map_or("none (killed)".to_owned(), |code| code.to_string());
         Ok(Done { outcome: Err(StepError::Failed { step, code, cause }), json })
     }
+}
+
+/// Whether Ctrl-C killed it, before it had begun to listen.
+#[cfg(unix)]
+fn was_interrupted(status: ExitStatus) -> bool {
+    use std::os::unix::process::ExitStatusExt as _;
+    const SIGINT: i32 = 2;
+    status.signal() == Some(SIGINT)
+}
+
+#[cfg(not(unix))]
+fn was_interrupted(_: ExitStatus) -> bool {
+    false
 }
 
 /// Seconds for a summary.

@@ -15,11 +15,12 @@ pub const COST: Of = |condition| condition.cost_of_transport;
 /// Power.
 pub const POWER_W: Of = |condition| condition.power_w;
 
-/// Speed and quantity of each amplification that was walked, in their order.
+/// Speed and quantity of each amplification that was walked, in their order; not of those of which
+/// half the trials or more do not count.
 #[must_use]
 pub fn points(conditions: &[Condition], method: Method, leg: f64, of: Of) -> Vec<(f64, f64)> {
     let own = conditions.iter().filter(|c| c.method == method && c.leg == leg);
-    own.filter_map(|c| Some((c.speed_m_s?.mean, of(c)?.mean))).collect()
+    own.filter(|c| c.mostly_counts()).filter_map(|c| Some((c.speed_m_s?.mean, of(c)?.mean))).collect()
 }
 
 /// Slowest and fastest of a method.
@@ -53,7 +54,8 @@ pub fn common_m_s(of_methods: &[Vec<(f64, f64)>], steps: usize) -> Vec<f64> {
     if low > high || steps == 0 {
         return Vec::new();
     }
-    (0..=steps).map(|step| low + (high - low) * step as f64 / steps as f64).collect()
+    // Rounding must not lead beyond what the slower of them walks.
+    (0..=steps).map(|step| (low + (high - low) * step as f64 / steps as f64).min(high)).collect()
 }
 
 #[cfg(test)]

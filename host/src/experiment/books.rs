@@ -86,13 +86,14 @@ fn books(legs: &[Materials], best: &Best) -> Option<Books> {
     })
 }
 
-/// Which part makes most of the difference between two methods: its name, and by how much
-/// the first pays more for it.
+/// What makes the difference between two methods: each part and how much more the first pays for
+/// it, the largest first.
 #[must_use]
-pub fn main_difference(first: &Books, second: &Books) -> (&'static str, f64) {
+pub fn differences(first: &Books, second: &Books) -> Vec<(&'static str, f64)> {
     let more = first.parts().into_iter().zip(second.parts()).map(|((name, a), (_, b))| (name, a - b));
-    let way = (first.total() - second.total()).signum();
-    more.max_by(|a, b| (way * a.1).total_cmp(&(way * b.1))).unwrap_or(("rest", 0.0))
+    let mut more: Vec<(&'static str, f64)> = more.collect();
+    more.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    more
 }
 
 #[cfg(test)]
@@ -115,6 +116,8 @@ mod tests {
             cost_amplification: Some(1.4),
             speed_m_s: None,
             speed_amplification: None,
+            cost_n: 3,
+            speed_n: 0,
             paper_cost_of_transport: None,
             paper_speed_m_s: None,
         };
@@ -126,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_main_difference_is_the_part_that_explains_it() {
+    fn differences_are_told_with_their_sign_the_largest_first() {
         let cheap = Books {
             method: Method::Sinusoid,
             leg: 1.0,
@@ -139,8 +142,10 @@ mod tests {
         };
         let dear = Books { electronics: 0.05, slipping: 0.3, braking: 0.15, ..cheap };
 
-        assert_eq!(main_difference(&dear, &cheap).0, "slipping soles");
-        assert!((main_difference(&dear, &cheap).1 - 0.2).abs() < 1e-12);
-        assert_eq!(main_difference(&cheap, &dear).0, "slipping soles");
+        let [(first, most), .., (last, none)] = differences(&dear, &cheap)[..] else { panic!() };
+        assert_eq!((first, last, none), ("slipping soles", "rest", 0.0));
+        assert!((most - 0.2).abs() < 1e-12);
+        let electronics = differences(&dear, &cheap).into_iter().find(|(part, _)| *part == "electronics");
+        assert!((electronics.unwrap().1 + 0.05).abs() < 1e-12);
     }
 }

@@ -38,6 +38,7 @@ pub fn study(legs: &[f64], conditions: Vec<Condition>) -> Study {
         claims: Vec::new(),
         trials: Vec::new(),
         parameters: Vec::new(),
+        descriptions: Vec::new(),
         skipped: Vec::new(),
         books: Vec::new(),
         prepare_wall_s: 0.0,

@@ -58,7 +58,14 @@ impl Held<'_> {
         let is = |c: &&Condition| {
             c.method == method && c.leg == leg && (c.amplification - amplification).abs() < 1e-9
         };
-        self.conditions.iter().find(is)?.cost_of_transport
+        self.conditions.iter().filter(|c| c.mostly_counts()).find(is)?.cost_of_transport
+    }
+
+    /// Whether a method was walked at half of the paper's amplifications or more: of fewer, the best
+    /// is not the method's best.
+    fn was_swept(&self, method: Method, leg: f64) -> bool {
+        let own = self.conditions.iter().filter(|c| c.method == method && c.leg == leg);
+        2 * own.filter(|c| c.speed_m_s.is_some()).count() >= paper::AMPLIFICATIONS.len()
     }
 
     /// Judges PSTO, the last of three costs, against the others.
@@ -91,13 +98,17 @@ fn shown(mean: Mean, digits: usize) -> String {
 fn against(own: Mean, name: &str, rival: Mean) -> String {
     let percent = 100.0 * (own.mean / rival.mean - 1.0);
     let way = if percent < 0.0 { "less" } else { "more" };
-    let apart = (own.mean - rival.mean).abs() > own.ci95.unwrap_or(0.0) + rival.ci95.unwrap_or(0.0);
-    let touching = if apart { "" } else { " (their intervals touch)" };
+    let halves = own.ci95.zip(rival.ci95).map(|(own, rival)| own + rival);
+    let touching = match halves {
+        None => " (from one trial: no interval)",
+        Some(halves) if (own.mean - rival.mean).abs() > halves => "",
+        Some(_) => " (their intervals touch)",
+    };
     format!("{:.0} % {way} than {name}'s {}{touching}", percent.abs(), shown(rival, 3))
 }
 
 fn listed(amplifications: &[f64]) -> String {
-    amplifications.iter().map(|a| format!("{a:.1}x")).collect::<Vec<_>>().join(", ")
+    amplifications.iter().map(|a| format!("{a:?}x")).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

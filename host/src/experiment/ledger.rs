@@ -1,14 +1,16 @@
 //! What a study's folder remembers, so that it can go on in the middle.
 //!
 //! Owns `plan.json` (what decides every trial), `trials.csv` (every trial so
-//! far) and their agreement. Refuses to go on with another plan: trials of two
-//! plans make no study.
+//! far) and their agreement. Refuses to go on with another plan, trials of two
+//! plans make no study, and with trials that this plan cannot have had.
 
+use super::method::Method;
 use super::plan::Plan;
 use super::study::Venue;
 use super::trial::{Place, Trial, mark_reversed};
 use crate::run_folder::{self, FileError};
 use serde::{Deserialize, Serialize};
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -36,6 +38,28 @@ pub enum LedgerError {
         path: PathBuf,
         /// In what.
         what: &'static str,
+    },
+    /// Trials of nobody knows what.
+    #[error("{path} has trials, but their plan, {PLAN}, is gone")]
+    NoPlan {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A trial that cannot be one of this study's.
+    #[error("{path}, line {line}: {reason}")]
+    Trial {
+        /// Which file.
+        path: PathBuf,
+        /// Where, the heading being line 1.
+        line: usize,
+        /// Why not.
+        reason: String,
+    },
+    /// Another program goes on with it.
+    #[error("{path} is in use by another call of this command")]
+    Busy {
+        /// Its plan.
+        path: PathBuf,
     },
     /// A table that was edited.
     #[error("{path} is no table of trials")]
@@ -67,6 +91,41 @@ pub struct Identity {
 pub struct Ledger {
     path: PathBuf,
     trials: Vec<Trial>,
+    /// Locked as long as it is open: two calls would write over each other's trials.
+    _plan: File,
+}
+
+/// Refuses a folder that holds another study, as far as can be told before there are gaits.
+///
+/// # Errors
+/// [`LedgerError`] if it does, or its plan is damaged.
+pub fn refuse_another(
+    folder: &Path,
+    plan: &Plan,
+    venue: Venue,
+    robots: &[String],
+    reference: Option<&String>,
+) -> Result<(), LedgerError> {
+    let path = folder.join(PLAN);
+    let Some(found) = plan_at(&path)? else { return Ok(()) };
+    let asked = Identity {
+        plan: plan.clone(),
+        venue,
+        robots: robots.to_vec(),
+        gaits: found.gaits.clone(),
+        reference: reference.cloned(),
+    };
+    difference(&found, &asked).map_or(Ok(()), |what| Err(LedgerError::Other { path, what }))
+}
+
+fn plan_at(path: &Path) -> Result<Option<Identity>, LedgerError> {
+    match std::fs::read(path) {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .map(Some)
+            .map_err(|source| LedgerError::Plan { path: path.to_owned(), source }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(FileError::on("read", path)(error).into()),
+    }
 }
 
 impl Ledger {
@@ -76,24 +135,29 @@ impl Ledger {
     /// [`LedgerError`] if it holds another study, or a file of it is damaged.
     pub fn open(folder: &Path, identity: &Identity) -> Result<Self, LedgerError> {
         let plan = folder.join(PLAN);
-        match std::fs::read(&plan) {
-            Ok(bytes) => {
-                let found: Identity = serde_json::from_slice(&bytes)
-                    .map_err(|source| LedgerError::Plan { path: plan.clone(), source })?;
+        let path = folder.join(run_folder::TRIALS);
+        match plan_at(&plan)? {
+            Some(found) => {
                 if let Some(what) = difference(&found, identity) {
                     return Err(LedgerError::Other { path: plan, what });
                 }
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            None if path.exists() => return Err(LedgerError::NoPlan { path }),
+            None => {
                 let text = serde_json::to_string_pretty(identity)
                     .map_err(|source| LedgerError::Plan { path: plan.clone(), source })?;
                 run_folder::write(&plan, format!("{text}\n").as_bytes())?;
             }
-            Err(error) => return Err(FileError::on("read", &plan)(error).into()),
         }
-        let path = folder.join(run_folder::TRIALS);
+        let held = File::open(&plan).map_err(FileError::on("open", &plan))?;
+        match held.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(LedgerError::Busy { path: plan }),
+            // Where the disk knows no locks, whoever calls twice is on their own.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
         let trials = if path.exists() { read(&path)? } else { Vec::new() };
-        Ok(Self { path, trials })
+        check(&path, &trials, identity)?;
+        Ok(Self { path, trials, _plan: held })
     }
 
     /// Numbers of a condition's trials that are still to be walked.
@@ -142,6 +206,46 @@ fn read(path: &Path) -> Result<Vec<Trial>, LedgerError> {
     reader.deserialize().collect::<Result<_, _>>().map_err(on_csv)
 }
 
+/// Refuses what an editor, or another study, left in the table.
+fn check(path: &Path, trials: &[Trial], identity: &Identity) -> Result<(), LedgerError> {
+    for (k, trial) in trials.iter().enumerate() {
+        if let Some(reason) = foreign(trial, &trials[..k], identity) {
+            return Err(LedgerError::Trial { path: path.to_owned(), line: k + 2, reason });
+        }
+    }
+    Ok(())
+}
+
+/// Why a trial is not one of this study's.
+fn foreign(trial: &Trial, before: &[Trial], identity: &Identity) -> Option<String> {
+    let plan = &identity.plan;
+    let Trial { method, leg, amplification, trial: number, .. } = trial;
+    if *number >= plan.trials {
+        return Some(format!("trial {number} of a plan of {}, counted from 0", plan.trials));
+    }
+    if before.iter().any(|other| other.place() == trial.place() && other.trial == *number) {
+        return Some(format!("{} {leg} L {amplification}x has a trial {number} already", method.name()));
+    }
+    let own = identity.gaits.iter().find(|(name, of, _)| name == method.name() && of == leg);
+    let is_authors = matches!(method, Method::AuthorsOriginal | Method::AuthorsPsto);
+    match own {
+        Some((.., sha256)) if *sha256 == trial.gait_sha256 => {}
+        None if is_authors && identity.reference.is_some() => {}
+        _ => return Some(format!("no gait of this study is {} {leg} L with that SHA-256", method.name())),
+    }
+    let figures = [trial.dx_m, trial.dy_m, trial.distance_m, trial.speed_m_s, trial.power_w];
+    let figures = figures.into_iter().chain([trial.cost_of_transport, trial.turned_deg]).flatten();
+    let all = || figures.clone().chain([trial.duration_s]);
+    if trial.mark.is_none() && !all().all(f64::is_finite) {
+        return Some("a trial that counts has a number that is none".into());
+    }
+    let counts = trial.speed_m_s.is_some() && trial.cost_of_transport.is_some();
+    if trial.mark.is_none() && !counts {
+        return Some("a trial that counts has no speed or no cost of transport".into());
+    }
+    None
+}
+
 fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
     let differs = [
         ("places of walking", found.venue != asked.venue),
@@ -187,6 +291,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
         ledger.add(vec![trial(0, 1.0 / 3.0), trial(2, 1.5)]).unwrap();
+        drop(ledger);
 
         let mut again = Ledger::open(folder.path(), &identity()).unwrap();
 
@@ -197,6 +302,42 @@ mod tests {
         let trials = again.close().unwrap();
         assert_eq!(trials[2].mark, Some(Mark::Reversed));
         assert_eq!(read(&folder.path().join(run_folder::TRIALS)).unwrap(), trials);
+    }
+
+    #[test]
+    fn trials_that_the_plan_cannot_have_had_are_refused_with_their_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let refusal = |trials: Vec<Trial>| {
+            let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
+            ledger.trials = trials;
+            ledger.save().unwrap();
+            drop(ledger);
+            let error = Ledger::open(folder.path(), &identity()).unwrap_err().to_string();
+            std::fs::remove_file(folder.path().join(run_folder::TRIALS)).unwrap();
+            error
+        };
+
+        assert!(refusal(vec![trial(77, 1.0)]).ends_with("line 2: trial 77 of a plan of 3, counted from 0"));
+        let twice = refusal(vec![trial(1, 1.0), trial(0, 1.0), trial(1, 1.2)]);
+        assert!(twice.ends_with("line 4: psto 0.6 L 1.4x has a trial 1 already"), "{twice}");
+        let of_another = Trial { gait_sha256: "abd".into(), ..trial(0, 1.0) };
+        assert!(refusal(vec![of_another]).contains("no gait of this study is psto 0.6 L"));
+        let no_number = Trial { cost_of_transport: Some(f64::NAN), ..trial(0, 1.0) };
+        assert!(refusal(vec![no_number]).contains("a number that is none"));
+        let no_speed = Trial { speed_m_s: None, ..trial(0, 1.0) };
+        assert!(refusal(vec![no_speed]).contains("no speed"));
+    }
+
+    #[test]
+    fn trials_without_their_plan_and_a_study_that_is_in_use_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
+        ledger.add(vec![trial(0, 1.0)]).unwrap();
+
+        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::Busy { .. })));
+        drop(ledger);
+        std::fs::remove_file(folder.path().join(PLAN)).unwrap();
+        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::NoPlan { .. })));
     }
 
     #[test]

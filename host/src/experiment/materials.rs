@@ -13,13 +13,13 @@ use super::method::{Method, OWN_STROKE};
 use super::study::{GaitNote, LearnedStride};
 use crate::curves::{CurvesError, RunCurves};
 use crate::fit::Scale;
-use crate::gait_file::{GaitFile, GaitFileError, Source, gait_sha256};
+use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source, gait_sha256};
 use crate::playable::Playable;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sampled::{self, SampleError};
 use crate::trajectory::{Trajectory, TrajectoryError};
-use protocol::gait::MAX_ENCODED_LEN;
+use protocol::gait::{MAX_ENCODED_LEN, MAX_ROWS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -200,10 +200,10 @@ pub fn read(folder: &Path, robot: &Robot, methods: &[Method]) -> Result<Material
     let mut gaits = Vec::new();
     for method in Method::GAITS.into_iter().filter(|method| methods.contains(method)) {
         let path = folder.join(format!("{}.toml", method.name()));
-        let bytes = match (method, &stride) {
+        let Table { bytes, remark, provenance } = match (method, &stride) {
             (Method::Original, Some(stride)) => original(&folder.join(STRIDE), stride, robot)?,
             (Method::Original, None) => continue,
-            _ if path.exists() => from_file(&path, method)?,
+            _ if path.exists() => from_file(&path, method, robot)?,
             _ => continue,
         };
         let playable = Playable::from_bytes(&bytes).map_err(|reason| GaitFileError::Bytes {
@@ -212,14 +212,16 @@ pub fn read(folder: &Path, robot: &Robot, methods: &[Method]) -> Result<Material
             reason,
         })?;
         let made = made.get(method.name()).cloned().unwrap_or_default();
+        let known = made.commands.join("; ");
         let note = GaitNote {
             method,
-            command: made.commands.join("; "),
-            seed: made.seed,
+            command: if known.is_empty() { provenance.command.unwrap_or_default() } else { known },
+            seed: made.seed.or(provenance.seed),
             simulated_s: made.simulated_s,
             period_s: playable.period_s(),
             gait_sha256: gait_sha256(&bytes),
             prepare_wall_s: made.wall_s,
+            remark,
         };
         gaits.push(Material { playable, note });
     }
@@ -256,8 +258,15 @@ fn read_stride(folder: &Path) -> Result<LearnedStride, MaterialsError> {
     Ok(LearnedStride { period_s: interval_s * rows as f64, samples: stride.actions, deviations })
 }
 
+/// What is played of a gait, and what is known of it.
+struct Table {
+    bytes: Vec<u8>,
+    remark: Option<String>,
+    provenance: Provenance,
+}
+
 /// The stride itself, as a sampled table at the scale of gait files.
-fn original(path: &Path, stride: &LearnedStride, robot: &Robot) -> Result<Vec<u8>, MaterialsError> {
+fn original(path: &Path, stride: &LearnedStride, robot: &Robot) -> Result<Table, MaterialsError> {
     let scale = Scale {
         signs: [1.0; protocol::JOINT_COUNT],
         unit_deg: crate::sim::ant_env::ACTION_DEG / OWN_STROKE,
@@ -270,11 +279,19 @@ fn original(path: &Path, stride: &LearnedStride, robot: &Robot) -> Result<Vec<u8
         .map_err(|source| MaterialsError::Sampled { path: path.to_owned(), source })?;
     let mut buffer = [0; MAX_ENCODED_LEN];
     // A table that was quantised is valid, and the longest fits.
-    Ok(sampled.table.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default())
+    let bytes = sampled.table.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default();
+    let remark = format!(
+        "{} rows a stride, played as the {} samples that a table holds, with straight lines between: up to {:.2} \
+         degrees from the rows at 1.0x",
+        sampled.recorded_rows,
+        sampled.recorded_rows.min(MAX_ROWS),
+        sampled.worst_deg
+    );
+    Ok(Table { bytes, remark: Some(remark), provenance: Provenance::of(Source::Trained) })
 }
 
 /// A gait file's table, at the common stroke.
-fn from_file(path: &Path, method: Method) -> Result<Vec<u8>, MaterialsError> {
+fn from_file(path: &Path, method: Method, robot: &Robot) -> Result<Table, MaterialsError> {
     let mut gait = GaitFile::load(path)?;
     // A searched gait is found at its file's 1.0, the others at a policy's own stroke.
     if gait.provenance.source == Source::Searched {
@@ -284,5 +301,9 @@ fn from_file(path: &Path, method: Method) -> Result<Vec<u8>, MaterialsError> {
     }
     method.name().clone_into(&mut gait.name);
     let encoded = gait.encoded();
-    Ok(encoded.map_err(|source| GaitFileError::Unusable { path: path.to_owned(), source })?)
+    let bytes = encoded.map_err(|source| GaitFileError::Unusable { path: path.to_owned(), source })?;
+    let leg = robot.geometry.leg_scale;
+    let others = gait.provenance.leg_scale.filter(|made_for| (made_for - leg).abs() > 1e-9);
+    let remark = others.map(|made_for| format!("made for legs of {made_for} L, walked on {leg} L"));
+    Ok(Table { bytes, remark, provenance: gait.provenance })
 }

@@ -79,6 +79,7 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                     section aria-labelledby="parameters" {
                         h2 #parameters { "Parameters and seeds" }
                         (tables::parameters(&study.parameters))
+                        (tables::descriptions(&study.descriptions))
                     }
                     (missing(study, figures))
                     section aria-labelledby="times" {
@@ -220,12 +221,18 @@ fn said(reason: &Missing) -> String {
     text
 }
 
-fn missing(study: &Study, figures: &[Drawn]) -> Markup {
+/// What was skipped, and which figures could not be drawn.
+#[must_use]
+pub fn skipped(study: &Study, figures: &[Drawn]) -> Vec<String> {
     let undrawn = figures.iter().filter_map(|drawn| {
         let reason = drawn.svg.as_ref().err()?;
         Some(format!("{}: {}", drawn.heading, said(reason)))
     });
-    let all: Vec<String> = study.skipped.iter().cloned().chain(undrawn).collect();
+    study.skipped.iter().cloned().chain(undrawn).collect()
+}
+
+fn missing(study: &Study, figures: &[Drawn]) -> Markup {
+    let all = skipped(study, figures);
     html! {
         section aria-labelledby="skipped" {
             h2 #skipped { "What is missing" }

@@ -50,6 +50,8 @@ pub struct GaitNote {
     pub gait_sha256: String,
     /// Wall-clock time of its making, if it was made now.
     pub prepare_wall_s: Option<f64>,
+    /// What is to be known of it besides.
+    pub remark: Option<String>,
 }
 
 /// The averaged stride of PSTO's policy: Figure 4.
@@ -104,6 +106,8 @@ pub struct Study {
     pub trials: Vec<Trial>,
     /// Everything that was chosen, seeds among it.
     pub parameters: Vec<Parameter>,
+    /// Robots and presets with every number, as files have them.
+    pub descriptions: Vec<Parameter>,
     /// What is missing, and why: such as the authors' tables.
     pub skipped: Vec<String>,
     /// Making the gaits: training, recording, searching; 0 where they were there.

@@ -45,6 +45,14 @@ pub struct Condition {
     pub not_run: Option<String>,
 }
 
+impl Condition {
+    /// Whether its figures stand for it: of a gait that mostly falls, the trials that did not are luck.
+    #[must_use]
+    pub const fn mostly_counts(&self) -> bool {
+        2 * self.n > self.trials
+    }
+}
+
 /// A condition of the plan and what is known of it beforehand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
@@ -57,7 +65,8 @@ pub struct Planned {
 }
 
 /// The best of one method on one pair of legs, as in the paper's Table 2: the
-/// least cost of transport and the highest speed, not always at the same amplification.
+/// least cost of transport and the highest speed, not always at the same amplification. Of conditions
+/// of which half the trials or more do not count, none is the best.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Best {
     /// Which method.
@@ -68,10 +77,14 @@ pub struct Best {
     pub cost_of_transport: Option<Mean>,
     /// At which amplification.
     pub cost_amplification: Option<f64>,
+    /// Trials that it is the mean of.
+    pub cost_n: usize,
     /// Highest speed.
     pub speed_m_s: Option<Mean>,
     /// At which amplification.
     pub speed_amplification: Option<f64>,
+    /// Trials that it is the mean of.
+    pub speed_n: usize,
     /// What the paper prints for it.
     pub paper_cost_of_transport: Option<f64>,
     /// What the paper prints for it.
@@ -157,7 +170,8 @@ pub fn best(conditions: &[Condition]) -> Vec<Best> {
         let own = || conditions.iter().filter(move |c| c.method == method && c.leg == leg);
         let by = |of: fn(&Condition) -> Option<Mean>, sign: f64| {
             own()
-                .filter_map(|c| of(c).map(|mean| (mean, c.amplification)))
+                .filter(|c| c.mostly_counts())
+                .filter_map(|c| of(c).map(|mean| (mean, c.amplification, c.n)))
                 .min_by(|a, b| (sign * a.0.mean).total_cmp(&(sign * b.0.mean)))
         };
         let cheapest = by(|c| c.cost_of_transport, 1.0);
@@ -166,10 +180,12 @@ pub fn best(conditions: &[Condition]) -> Vec<Best> {
         Best {
             method,
             leg,
-            cost_of_transport: cheapest.map(|(mean, _)| mean),
-            cost_amplification: cheapest.map(|(_, amplification)| amplification),
-            speed_m_s: fastest.map(|(mean, _)| mean),
-            speed_amplification: fastest.map(|(_, amplification)| amplification),
+            cost_of_transport: cheapest.map(|(mean, ..)| mean),
+            cost_amplification: cheapest.map(|(_, amplification, _)| amplification),
+            cost_n: cheapest.map_or(0, |(.., n)| n),
+            speed_m_s: fastest.map(|(mean, ..)| mean),
+            speed_amplification: fastest.map(|(_, amplification, _)| amplification),
+            speed_n: fastest.map_or(0, |(.., n)| n),
             paper_cost_of_transport: paper.map(|(cost, _)| cost),
             paper_speed_m_s: paper.map(|(_, speed_m_s)| speed_m_s),
         }

@@ -19,6 +19,8 @@ pub enum Mark {
     Fell,
     /// It went against the direction of its method's other trials.
     Reversed,
+    /// It went backwards, as somebody saw.
+    Backwards,
     /// It stayed where it was, within [`LEAST_DISTANCE_M`].
     NoDistance,
     /// The power sensor missed samples: the energy is too low.
@@ -36,6 +38,7 @@ impl Mark {
         match self {
             Self::Fell => "fell",
             Self::Reversed => "reversed",
+            Self::Backwards => "backwards",
             Self::NoDistance => "no distance",
             Self::MissedSamples => "missed samples",
             Self::Stopped => "stopped",
@@ -70,6 +73,10 @@ pub struct Raw {
     pub turned_deg: Option<f64>,
     /// Whether the robot lay down.
     pub fell: bool,
+    /// Whether somebody saw it go backwards.
+    pub backwards: bool,
+    /// Whether nobody and nothing would have seen a fall.
+    pub fall_unseen: bool,
     /// Power samples that failed or saturated.
     pub missed_samples: u32,
     /// The walk was cut short.
@@ -107,6 +114,8 @@ pub struct Trial {
     pub cost_of_transport: Option<f64>,
     /// Turned by this much.
     pub turned_deg: Option<f64>,
+    /// Nobody and nothing would have seen a fall.
+    pub fall_unseen: bool,
     /// Power samples that are missing.
     pub missed_samples: u32,
     /// SHA-256 of the table that was played.
@@ -132,6 +141,8 @@ impl Trial {
             Some(Mark::MissedSamples)
         } else if distance_m.is_none_or(|distance_m| distance_m < LEAST_DISTANCE_M) {
             Some(Mark::NoDistance)
+        } else if raw.backwards {
+            Some(Mark::Backwards)
         } else {
             None
         };
@@ -149,6 +160,7 @@ impl Trial {
             power_w: lasted.then(|| raw.energy_j / raw.duration_s).filter(|power_w| power_w.is_finite()),
             cost_of_transport: distance_m.and_then(|d| cost_of_transport(raw.energy_j, raw.mass_kg, d).ok()),
             turned_deg: raw.turned_deg,
+            fall_unseen: raw.fall_unseen,
             missed_samples: raw.missed_samples,
             gait_sha256: gait_sha256.to_owned(),
             mark,
@@ -200,6 +212,8 @@ mod tests {
         mass_kg: 10.0 / crate::energy::STANDARD_GRAVITY_M_S2,
         turned_deg: None,
         fell: false,
+        backwards: false,
+        fall_unseen: false,
         missed_samples: 0,
         stopped: false,
         diverged: false,

@@ -19,6 +19,7 @@ use crate::twin::{Gait, Tables, TwinError};
 use protocol::Amplitude;
 use rayon::prelude::*;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How trials of one condition differ.
 ///
@@ -86,7 +87,8 @@ fn table(method: Method, amplification: f64) -> Option<Gait> {
     Some(Gait::new(name, amplification))
 }
 
-/// Walks some trials of a condition, on all cores, in the order of their numbers.
+/// Walks some trials of a condition, on all cores, in the order of their numbers; those that have
+/// not begun when `stop` is set are left out.
 #[must_use]
 pub fn walk(
     plan: &Plan,
@@ -94,9 +96,10 @@ pub fn walk(
     authors: Option<&Authors>,
     place: Place,
     numbers: &[u32],
+    stop: &AtomicBool,
 ) -> Vec<Trial> {
     if let Some((authors, setpoints)) = authors.and_then(|a| Some((a, a.setpoints(place)?))) {
-        return each(plan, &authors.robot, place, numbers, "", setpoints);
+        return each(plan, &authors.robot, place, numbers, "", stop, setpoints);
     }
     let same_legs = |materials: &&Materials| materials.robot.geometry.leg_scale == place.leg;
     let Some(materials) = legs.iter().find(same_legs) else { return Vec::new() };
@@ -106,7 +109,7 @@ pub fn walk(
     };
     let playback = Playback::new(&material.playable, amplitude, &materials.robot);
     let setpoints = |time_s: f64| playback.setpoints_rad(time_s);
-    each(plan, &materials.robot, place, numbers, &material.note.gait_sha256, setpoints)
+    each(plan, &materials.robot, place, numbers, &material.note.gait_sha256, stop, setpoints)
 }
 
 fn each(
@@ -115,10 +118,14 @@ fn each(
     place: Place,
     numbers: &[u32],
     gait_sha256: &str,
+    stop: &AtomicBool,
     setpoints: impl Fn(f64) -> [f64; 8] + Sync,
 ) -> Vec<Trial> {
     let starts = Starts { perturbation: PERTURBATION, seed: plan.seed, count: plan.trials };
     let one = |&number: &u32| {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         let draw = if plan.robots_differ {
             Tolerances::default().draw(robot, plan.seed, number.into())
         } else {
@@ -131,9 +138,9 @@ fn each(
             angles_rad.iter_mut().zip(draw.neutral_rad).for_each(|(angle, neutral)| *angle += neutral);
             angles_rad
         });
-        Trial::of(place, number, &raw(walk.as_ref(), plan, &draw.robot), gait_sha256)
+        Some(Trial::of(place, number, &raw(walk.as_ref(), plan, &draw.robot), gait_sha256))
     };
-    numbers.par_iter().map(one).collect()
+    numbers.par_iter().filter_map(one).collect()
 }
 
 /// What of a walk a trial is judged by; a simulation that ran away has nothing to say.

@@ -131,9 +131,18 @@ impl RunConfig {
     /// # Errors
     /// [`ConfigError`] with the old file still in place.
     pub fn save(&self, path: &Path) -> Result<(), ConfigError> {
-        let text = toml::to_string(self)
+        let text = self
+            .to_toml()
             .map_err(|source| ConfigError::Unwritable { path: path.to_owned(), source: Box::new(source) })?;
         Ok(run_folder::write(path, text.as_bytes())?)
+    }
+
+    /// Every number, as the file has it.
+    ///
+    /// # Errors
+    /// The format's reason.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
     }
 
     /// Algorithm and schedule, without the task.

@@ -122,7 +122,10 @@ impl Device<'_> {
             }
             if was_stopped {
                 // Whoever walks it again has seen why; what still stands, the walk is refused for.
-                self.steps.attempt("status", &["--clear-fault", "--port", port])?;
+                let cleared = self.steps.attempt("status", &["--clear-fault", "--port", port])?.outcome;
+                if let Err(StepError::Failed { cause: Cause::Interrupted, .. }) = cleared {
+                    return Err(self.interrupted());
+                }
             }
             let raw = match self.measured(walk, port, tracker) {
                 // Refused before it began: at rest, with something to be put right.
@@ -134,7 +137,7 @@ impl Device<'_> {
                 raw => raw?,
             };
             was_stopped = raw.stopped;
-            match self.person.after(raw, tracker.is_some())? {
+            match self.person.after(raw, tracker.is_none())? {
                 After::Note(raw) => return Ok(Some(raw)),
                 After::Again => {}
                 After::Skip => return Ok(None),
@@ -149,6 +152,10 @@ impl Device<'_> {
         port: &str,
         tracker: Option<&Path>,
     ) -> Result<Raw, ExperimentError> {
+        // Ctrl-C may have come while nobody listened: nothing may walk after it.
+        if self.person.has_stopped() {
+            return Err(self.interrupted());
+        }
         let text = |path: &Path| path.display().to_string();
         let (gait, out, robot) =
             (text(walk.gait), text(walk.folder), text(&walk.folder.join(run_folder::ROBOT)));
@@ -158,6 +165,9 @@ impl Device<'_> {
             &["--gait", &gait, "--amp", &amplitude, "--ram", "--robot", &robot, "--port", port],
         );
         uploaded.map_err(|error| self.ended(error))?;
+        if self.person.has_stopped() {
+            return Err(self.interrupted());
+        }
         let mut flags = vec!["--port", port, "--duration", &duration, "--robot", &robot, "--out", &out];
         let tracker = tracker.map(text);
         if let Some(tracker) = &tracker {
@@ -205,6 +215,7 @@ fn raw(json: &Value, robot: &Robot) -> Raw {
         displacement_m,
         mass_kg: number("mass_kg").unwrap_or(robot.mass_kg()),
         fell: number("max_tilt_rad").is_some_and(|tilt_rad| tilt_rad > FALLEN_TILT_RAD),
+        fall_unseen: number("max_tilt_rad").is_none(),
         missed_samples: json["missed_samples"].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(0),
         ..Raw::default()
     }

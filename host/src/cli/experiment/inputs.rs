@@ -125,7 +125,12 @@ pub fn gaits(
                 Some(_) => return Err(LedgerError::Other { path: own, what: "gait" }.into()),
             }
         }
-        legs.push(materials::read(&gaits, robot, &plan.methods)?);
+        let read = materials::read(&gaits, robot, &plan.methods)?;
+        let own = read.gaits.iter().find(|material| material.note.method == Method::Yours);
+        if let Some(remark) = own.and_then(|material| material.note.remark.as_ref()) {
+            eprintln!("warning: the gait of --gait is {remark}");
+        }
+        legs.push(read);
     }
     Ok(legs)
 }

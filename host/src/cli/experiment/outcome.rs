@@ -4,7 +4,7 @@ use super::{Args, ExperimentError};
 use crate::cli::explain::path_text;
 use crate::experiment::ledger::Identity;
 use crate::experiment::materials::Materials;
-use crate::experiment::method::OWN_STROKE;
+use crate::experiment::method::{Method, OWN_STROKE};
 use crate::experiment::study::{LegStudy, Parameter, Study, Venue};
 use crate::experiment::summary::{self, Condition, Mean, Planned};
 use crate::experiment::trial::Trial;
@@ -12,6 +12,9 @@ use crate::experiment::twin_trials::PERTURBATION;
 use crate::experiment::{books, claims, figures, report};
 use crate::optimise::tolerances::Tolerances;
 use crate::run_folder;
+use crate::sinusoid::wave::{LEAST_PERIOD_S, MOST_PERIOD_S};
+use crate::td3::preset::Preset;
+use crate::td3::run_config::RunConfig;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
@@ -39,7 +42,7 @@ pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), Experiment
     figures::write(folder, &drawn)?;
     study.wall_s = began.elapsed().as_secs_f64();
     run_folder::write(&folder.join(REPORT), report::html(&study, &drawn).as_bytes())?;
-    let json = to_json(&study, folder);
+    let json = to_json(&study, &report::skipped(&study, &drawn), folder);
     run_folder::write(&folder.join(RESULTS), format!("{json:#}\n").as_bytes())?;
     if args.json {
         println!("{json:#}");
@@ -51,7 +54,11 @@ pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), Experiment
 
 fn study(args: &Args, parts: Parts) -> Study {
     let Parts { identity, legs, planned, trials, prepare_wall_s, .. } = parts;
-    let parameters = parameters(&identity, &legs);
+    let mut parameters = parameters(&identity, &legs);
+    if args.retrain {
+        parameters.push(Parameter { name: "effort of retraining".into(), value: args.effort.to_string() });
+    }
+    let descriptions = descriptions(&identity, &legs);
     let conditions = summary::conditions(&planned, &trials);
     let best = summary::best(&conditions);
     let books = if identity.venue == Venue::Robot { Vec::new() } else { books::of(&legs, &best) };
@@ -67,8 +74,15 @@ fn study(args: &Args, parts: Parts) -> Study {
     if identity.venue == Venue::Twin && args.reference_tables.is_none() {
         skipped.push("the authors' own tables: name them with --reference-tables".to_owned());
     }
+    let unseen = trials.iter().filter(|trial| trial.fall_unseen && trial.mark.is_none()).count();
+    if unseen > 0 {
+        skipped.push(format!(
+            "falls in {unseen} trials: the tracker tells no tilt, and nobody was at the terminal to ask"
+        ));
+    }
     let venue = identity.venue;
     Study {
+        descriptions,
         venue,
         legs,
         conditions,
@@ -81,6 +95,28 @@ fn study(args: &Args, parts: Parts) -> Study {
         prepare_wall_s,
         wall_s: 0.0,
     }
+}
+
+/// Robots, and what was learned with, every number of them.
+fn descriptions(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
+    let robots = legs.iter().map(|materials| Parameter {
+        name: format!("The robot with legs of {} L", materials.robot.geometry.leg_scale),
+        value: materials.robot.to_toml(),
+    });
+    let uses = |methods: &[Method]| identity.plan.methods.iter().any(|method| methods.contains(method));
+    let presets = [
+        (
+            Preset::Psto,
+            uses(&[Method::Original, Method::Sinusoid, Method::Psto]),
+            "original, sinusoid and PSTO",
+        ),
+        (Preset::Walk, uses(&[Method::Ours]), "the power-trained policy"),
+    ];
+    let presets = presets.into_iter().filter(|(_, is_used, _)| *is_used).filter_map(|(preset, _, whose)| {
+        let value = RunConfig::preset(preset).ok()?.to_toml().ok()?;
+        Some(Parameter { name: format!("Learning and task of {whose}"), value })
+    });
+    robots.chain(presets).collect()
 }
 
 /// Everything that was chosen.
@@ -139,13 +175,22 @@ fn parameters(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
         }
         Venue::Robot => {}
     }
+    if plan.methods.contains(&Method::Sinusoid) {
+        add(
+            "where the sinusoid is searched",
+            format!(
+                "strides of {LEAST_PERIOD_S} to {MOST_PERIOD_S} s; angles and their speed as the task below limits \
+                 them"
+            ),
+        );
+    }
     if let Some(sha256) = &identity.reference {
         add("authors' tables, SHA-256", sha256.clone());
     }
     parameters
 }
 
-fn to_json(study: &Study, folder: &Path) -> Value {
+fn to_json(study: &Study, skipped: &[String], folder: &Path) -> Value {
     let gaits: Vec<Value> = study
         .legs
         .iter()
@@ -161,7 +206,7 @@ fn to_json(study: &Study, folder: &Path) -> Value {
         "claims": study.claims,
         "gaits": gaits,
         "parameters": study.parameters,
-        "skipped": study.skipped,
+        "skipped": skipped,
         "prepare_wall_s": study.prepare_wall_s,
         "wall_s": study.wall_s,
     })
@@ -213,5 +258,5 @@ fn shown(mean: Option<Mean>, amplification: Option<f64>) -> String {
         return format!("{:>23}", "not run");
     };
     let ci95 = ci95.map_or("      ".to_owned(), |ci95| format!("\u{b1}{ci95:.3}"));
-    format!("{mean:7.3} {ci95} at {amplification:.1}x ")
+    format!("{mean:7.3} {ci95} at {amplification:?}x ")
 }

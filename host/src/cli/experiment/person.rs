@@ -55,6 +55,11 @@ impl<'a> Person<'a> {
         self.is_there
     }
 
+    /// Whether Ctrl-C was pressed.
+    pub fn has_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     /// Before a walk: whether it may begin.
     pub fn before(&mut self, place: Place, number: u32, left: usize) -> Result<Before, FileError> {
         let trial = title(place, number, left);
@@ -78,10 +83,10 @@ impl<'a> Person<'a> {
         })
     }
 
-    /// After a walk: what nothing on the robot can see, where no tracker saw it either, and what is
-    /// to become of a walk that the robot broke off.
-    pub fn after(&self, raw: Raw, was_tracked: bool) -> Result<After, FileError> {
-        if !self.is_there || (was_tracked && !raw.stopped) {
+    /// After a walk: what neither robot nor tracker can see, and what is to become of a walk that the
+    /// robot broke off. `asks_way`: nobody but the person knows whether it went backwards.
+    pub fn after(&self, raw: Raw, asks_way: bool) -> Result<After, FileError> {
+        if !self.is_there || (!raw.stopped && !raw.fall_unseen && !asks_way) {
             return Ok(After::Note(raw));
         }
         if raw.stopped {
@@ -94,13 +99,19 @@ impl<'a> Person<'a> {
                 _ => After::Quit,
             });
         }
-        let question = "Enter if it walked well, f if it fell, b if it went backwards, r to walk it again: ";
-        Ok(match self.ask(question, &["", "f", "b", "r"])?.as_deref() {
+        let raw = Raw { fall_unseen: false, ..raw };
+        let (question, answers): (_, &[&str]) = if asks_way {
+            (
+                "Enter if it walked well, f if it fell, b if it went backwards, r to walk it again: ",
+                &["", "f", "b", "r"],
+            )
+        } else {
+            ("Enter if it walked well, f if it fell, r to walk it again: ", &["", "f", "r"])
+        };
+        Ok(match self.ask(question, answers)?.as_deref() {
             Some("") => After::Note(raw),
             Some("f") => After::Note(Raw { fell: true, ..raw }),
-            Some("b") => {
-                After::Note(Raw { displacement_m: raw.displacement_m.map(|way| way.map(|m| -m)), ..raw })
-            }
+            Some("b") => After::Note(Raw { backwards: true, ..raw }),
             Some(_) => After::Again,
             None => After::Quit,
         })
@@ -120,6 +131,7 @@ impl<'a> Person<'a> {
     /// One of the answers; `None` at the end of input, and after Ctrl-C.
     fn ask(&self, question: &str, answers: &[&str]) -> Result<Option<String>, FileError> {
         loop {
+            forget_what_was_typed();
             eprint!("{question}");
             let Some(said) = self.line()? else {
                 eprintln!("");
@@ -144,7 +156,7 @@ impl<'a> Person<'a> {
         });
         loop {
             let answer = receiver.recv_timeout(TICK);
-            if self.stop.load(Ordering::Relaxed) {
+            if self.has_stopped() {
                 return Ok(None);
             }
             match answer {
@@ -160,8 +172,18 @@ impl<'a> Person<'a> {
     }
 }
 
+/// Keys that were pressed before a question are no answer to it: the robot would walk.
+fn forget_what_was_typed() {
+    #[cfg(unix)]
+    {
+        use nix::sys::termios::{FlushArg, tcflush};
+        // Of what cannot be flushed nothing was typed at it.
+        let _ = tcflush(std::io::stdin(), FlushArg::TCIFLUSH);
+    }
+}
+
 /// What is to be walked.
 pub fn title(place: Place, number: u32, left: usize) -> String {
     let Place { method, leg, amplification } = place;
-    format!("{} at {amplification:.1}x, legs of {leg} L, trial {}; {left} to go", method.label(), number + 1)
+    format!("{} at {amplification:?}x, legs of {leg} L, trial {}; {left} to go", method.label(), number + 1)
 }

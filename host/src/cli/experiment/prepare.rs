@@ -5,7 +5,8 @@
 //! there from an interrupted call is not made twice.
 
 use super::{Args, ExperimentError};
-use crate::cli::steps::Steps;
+use crate::cli::Cause;
+use crate::cli::steps::{StepError, Steps};
 use crate::experiment::materials::{LEARNING, MADE, Made, MadeFile, Materials, SPREAD, STRIDE, read_made};
 use crate::experiment::method::Method;
 use crate::experiment::plan::Plan;
@@ -21,8 +22,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use thiserror::Error;
 
-/// Seeds that are trained, of which the best is taken.
-const SEEDS: u64 = 2;
+/// Seeds that are trained, of which the best is taken: PSTO's, whose rival has as much simulated time,
+const PSTO_SEEDS: u64 = 2;
+/// and those of the policy that pays for power.
+const OURS_SEEDS: u64 = 3;
 /// Trials of the search at full effort: ten minutes of two cores.
 const SEARCH_TRIALS: f64 = 30_000.0;
 /// Fewer are no search.
@@ -52,6 +55,8 @@ struct Making<'a> {
     args: &'a Args,
     steps: Steps,
     robot_flags: [String; 2],
+    /// The study's.
+    folder: &'a Path,
     /// Runs and searches.
     work: PathBuf,
     /// What of them takes part.
@@ -74,13 +79,13 @@ pub fn make(
     robot.save(&robot_folder)?;
     let robot_flags = ["--robot".to_owned(), robot_folder.display().to_string()];
     let made = read_made(gaits)?;
-    let mut making = Making { args, steps: Steps::new()?, robot_flags, work, gaits, made };
+    let mut making = Making { args, steps: Steps::new()?, robot_flags, folder, work, gaits, made };
     let wants = |methods: &[Method]| plan.methods.iter().any(|method| methods.contains(method));
     if wants(&[Method::Original, Method::Psto]) {
-        making.learned(Method::Psto, Preset::Psto, "free")?;
+        making.learned(Method::Psto, Preset::Psto, PSTO_SEEDS, "free")?;
     }
     if wants(&[Method::Ours]) {
-        making.learned(Method::Ours, Preset::Walk, "continuous")?;
+        making.learned(Method::Ours, Preset::Walk, OURS_SEEDS, "continuous")?;
     }
     if wants(&[Method::Sinusoid]) {
         making.sinusoid()?;
@@ -102,7 +107,13 @@ impl Making<'_> {
     }
 
     /// A policy, its stride and its curves.
-    fn learned(&mut self, method: Method, preset: Preset, seam: &'static str) -> Result<(), ExperimentError> {
+    fn learned(
+        &mut self,
+        method: Method,
+        preset: Preset,
+        seeds: u64,
+        seam: &'static str,
+    ) -> Result<(), ExperimentError> {
         if self.has(method)? {
             return Ok(());
         }
@@ -117,10 +128,10 @@ impl Making<'_> {
         run_folder::write(&path, text.as_bytes())?;
         let run = self.work.join(method.name());
         let (run_name, path) = (run.display().to_string(), path.display().to_string());
-        let seeds = format!("{}..{}", self.args.seed, self.args.seed + SEEDS);
+        let range = format!("{}..{}", self.args.seed, self.args.seed + seeds);
         let mut commands = Vec::new();
         let robot = self.robot_flags.clone();
-        let flags = ["--config", &path, "--seeds", &seeds, "--out", &run_name, &robot[0], &robot[1]];
+        let flags = ["--config", &path, "--seeds", &range, "--out", &run_name, &robot[0], &robot[1]];
         if run.join(run_folder::CONFIG).exists() || run.join("seeds.json").exists() {
             self.step("train", &["--resume", &run_name], &mut Vec::new())?;
             // The same networks as without the interruption, and so by the same command.
@@ -132,17 +143,17 @@ impl Making<'_> {
         if method == Method::Psto {
             self.keep(&run.join(run_folder::TRAJECTORY), STRIDE)?;
             self.keep(&run.join(record::SPREAD), SPREAD)?;
-            for k in 0..SEEDS {
+            for k in 0..seeds {
                 let seed = format!("seed-{}", self.args.seed + k);
                 let curve = run.join(&seed).join(run_folder::LEARNING_CURVE);
                 self.keep(&curve, &format!("{LEARNING}/{seed}/{}", run_folder::LEARNING_CURVE))?;
             }
-            self.note(Method::Original, &commands, Some(simulated_s(&config)), began)?;
+            self.note(Method::Original, &commands, Some(simulated_s(&config, seeds)), began)?;
         }
         // Walked in any case: a servo that lags is part of what is compared.
         self.step("fit", &["--run", &run_name, "--seam", seam, "--lag"], &mut commands)?;
         self.keep(&run.join(run_folder::GAIT), &format!("{}.toml", method.name()))?;
-        self.note(method, &commands, Some(simulated_s(&config)), began)
+        self.note(method, &commands, Some(simulated_s(&config, seeds)), began)
     }
 
     /// The rival, with the simulated time that PSTO had.
@@ -151,7 +162,7 @@ impl Making<'_> {
             return Ok(());
         }
         let began = Instant::now();
-        let budget_s = simulated_s(&scaled(Preset::Psto, self.args.effort)?).round();
+        let budget_s = simulated_s(&scaled(Preset::Psto, self.args.effort)?, PSTO_SEEDS).round();
         let out = self.fresh(Method::Sinusoid)?;
         let (seed, budget) = (self.args.seed.to_string(), budget_s.to_string());
         let out_name = out.display().to_string();
@@ -198,7 +209,12 @@ impl Making<'_> {
         commands: &mut Vec<String>,
     ) -> Result<Value, ExperimentError> {
         commands.push(format!("host {step} {}", flags.join(" ")));
-        Ok(self.steps.run(step, flags)?)
+        self.steps.run(step, flags).map_err(|error| match error {
+            StepError::Failed { cause: Cause::Interrupted, .. } => {
+                ExperimentError::Interrupted { folder: self.folder.to_owned() }
+            }
+            error => error.into(),
+        })
     }
 
     /// A folder for a search; what an interrupted one left there goes, it cannot be gone on with.
@@ -248,13 +264,13 @@ fn scaled(preset: Preset, effort: f64) -> Result<RunConfig, PrepareError> {
 
 /// Simulated time of all seeds: what is gathered to learn from, and what is walked to choose the
 /// best policy by.
-fn simulated_s(config: &RunConfig) -> f64 {
+fn simulated_s(config: &RunConfig, seeds: u64) -> f64 {
     let schedule = &config.schedule;
     let gathered = schedule.warm_up_env_steps
         + schedule.epochs * schedule.updates_per_epoch * schedule.env_steps_per_update;
     let evaluated =
         (schedule.epochs + 1) * schedule.evaluation_episodes as u64 * u64::from(config.env.episode_steps);
-    (SEEDS * (gathered + evaluated)) as f64 / CONTROL_RATE_HZ
+    (seeds * (gathered + evaluated)) as f64 / CONTROL_RATE_HZ
 }
 
 /// As `based_on` has it.
@@ -262,8 +278,14 @@ fn preset_name(preset: Preset) -> String {
     preset.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// Wall-clock time of all that was made, in this call or before it; the stride was made with PSTO.
+/// Wall-clock time of all that was made, in this call or before it. PSTO's has its stride's in it,
+/// which is the original's.
 pub fn wall_s(legs: &[Materials]) -> f64 {
-    let notes = legs.iter().flat_map(|materials| materials.gaits.iter().map(|material| &material.note));
-    notes.filter(|note| note.method != Method::Original).filter_map(|note| note.prepare_wall_s).sum()
+    let of_leg = |materials: &Materials| -> f64 {
+        let notes = || materials.gaits.iter().map(|material| &material.note);
+        let has_psto = notes().any(|note| note.method == Method::Psto);
+        let own = notes().filter(|note| !(has_psto && note.method == Method::Original));
+        own.filter_map(|note| note.prepare_wall_s).sum()
+    };
+    legs.iter().map(of_leg).sum()
 }

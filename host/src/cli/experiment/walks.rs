@@ -44,7 +44,7 @@ impl Walks<'_> {
                 continue;
             }
             bar.set_message(format!("{} {} L", place.method.label(), place.leg));
-            let trials = twin_trials::walk(self.plan, self.legs, self.authors, *place, &numbers);
+            let trials = twin_trials::walk(self.plan, self.legs, self.authors, *place, &numbers, self.stop);
             bar.inc(trials.len() as u64);
             ledger.add(trials)?;
             if self.stop.load(Ordering::Relaxed) {

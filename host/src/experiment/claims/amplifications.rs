@@ -8,7 +8,7 @@ use crate::experiment::summary::{Condition, Mean};
 impl Held<'_> {
     pub(super) fn cheapest_at(&self, leg: f64, amplification: f64, printed: &str) -> Claim {
         let text = format!(
-            "With legs of {leg} L and {amplification:.1}x, PSTO costs less than both others (by {printed})"
+            "With legs of {leg} L and {amplification:?}x, PSTO costs less than both others (by {printed})"
         );
         self.lowest(text, Method::PAPERS.map(|method| self.at(method, leg, amplification)))
     }
@@ -44,8 +44,10 @@ impl Held<'_> {
         leg: f64,
         among: impl Fn(f64) -> bool,
     ) -> Claim {
+        let papers = super::paper::AMPLIFICATIONS.into_iter().filter(|&a| among(a)).count();
         let (won, run) = self.won(method, leg, among);
-        if run.is_empty() {
+        // One of many would say nothing of all.
+        if run.is_empty() || 2 * run.len() < papers {
             return not_judged(text);
         }
         let evidence = format!(
@@ -99,7 +101,7 @@ impl Held<'_> {
         };
         let out = |method: Method| -> Vec<String> {
             let out = own(method).filter(|c| c.not_run.is_some());
-            out.map(|c| format!("{:.1}x with {} L", c.amplification, c.leg)).collect()
+            out.map(|c| format!("{:?}x with {} L", c.amplification, c.leg)).collect()
         };
         if own(Method::Original).next().is_none() || own(Method::Psto).next().is_none() {
             return not_judged(text);

@@ -12,7 +12,7 @@ impl Held<'_> {
     }
 
     pub(super) fn best_speed(&self, method: Method, leg: f64) -> Option<Mean> {
-        self.best(method, leg)?.speed_m_s
+        self.best(method, leg).filter(|_| self.was_swept(method, leg))?.speed_m_s
     }
 
     pub(super) fn longer_legs_learn_more(&self) -> Claim {
@@ -50,7 +50,7 @@ impl Held<'_> {
     }
 
     pub(super) fn fastest_at(&self, leg: f64, amplification: f64) -> Claim {
-        let text = format!("With legs of {leg} L, PSTO is fastest at {amplification:.1}x (Figure 7)");
+        let text = format!("With legs of {leg} L, PSTO is fastest at {amplification:?}x (Figure 7)");
         let found =
             self.best(Method::Psto, leg).and_then(|best| Some((best.speed_amplification?, best.speed_m_s?)));
         // The last amplification that was walked may be the fastest only because it is the last.
@@ -61,7 +61,7 @@ impl Held<'_> {
             && own().filter(|c| c.speed_m_s.is_some()).count() > 2
             && (is_last_of_paper || own().any(|c| beyond(c) && c.speed_m_s.is_some()));
         let Some((at, speed)) = found.filter(|_| walked) else { return not_judged(text) };
-        let evidence = format!("fastest at {at:.1}x with {} m/s", shown(speed, 3));
+        let evidence = format!("fastest at {at:?}x with {} m/s", shown(speed, 3));
         Claim { text, holds: Some((at - amplification).abs() < 1e-9), evidence }
     }
 
@@ -79,8 +79,8 @@ impl Held<'_> {
             "With legs of {leg} L, PSTO's best cost is lower and its best speed higher than both others' ({printed}; \
              Table 2)"
         );
-        let costs =
-            Method::PAPERS.map(|method| self.best(method, leg).and_then(|best| best.cost_of_transport));
+        let costs = Method::PAPERS
+            .map(|method| self.best(method, leg).filter(|_| self.was_swept(method, leg))?.cost_of_transport);
         let cost = self.lowest(String::new(), costs);
         let speed = self.fastest(leg, "");
         let (Some(cheaper), Some(faster)) = (cost.holds, speed.holds) else { return not_judged(text) };
@@ -96,7 +96,7 @@ impl Held<'_> {
         let best: Vec<(Method, f64, Mean)> = self
             .best
             .iter()
-            .filter(|best| Method::PAPERS.contains(&best.method))
+            .filter(|best| Method::PAPERS.contains(&best.method) && self.was_swept(best.method, best.leg))
             .filter_map(|best| Some((best.method, best.leg, best.speed_m_s?)))
             .collect();
         if best.len() < Method::PAPERS.len() * paper::LEGS.len() {

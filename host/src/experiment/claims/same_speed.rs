@@ -59,16 +59,20 @@ impl Held<'_> {
 
     pub(super) fn sinusoid_cheapest_when_slow(&self) -> Claim {
         let text =
-            "At low speeds the sinusoid costs less than PSTO at the same speed, with both legs (Figure 8)"
+            "At low speeds the sinusoid costs less than the two others at the same speed, with both legs (Figure 8)"
                 .to_owned();
         // The slower half of what both walk.
-        let slow = |leg: f64| {
-            let both = [self.points(Method::Sinusoid, leg), self.points(Method::Psto, leg)];
+        let slow = |leg: f64, rival: Method| {
+            let both = [self.points(Method::Sinusoid, leg), self.points(rival, leg)];
             let common = at_speed::common_m_s(&both, SPEEDS);
             let middle = common.get(SPEEDS / 2).copied()?;
-            self.cheaper_at_speeds(Method::Sinusoid, Method::Psto, leg, |v| v <= middle)
+            self.cheaper_at_speeds(Method::Sinusoid, rival, leg, |v| v <= middle)
         };
-        self.both_legs(text, "the sinusoid is cheaper", slow)
+        let counts = |leg: f64| {
+            let (psto, original) = (slow(leg, Method::Psto)?, slow(leg, Method::Original)?);
+            Some((psto.0 + original.0, psto.1 + original.1))
+        };
+        self.both_legs(text, "the sinusoid is cheaper than its rival", counts)
     }
 
     pub(super) fn psto_cheapest_when_fast(&self) -> Claim {

@@ -73,7 +73,7 @@ pub fn mean_text(mean: Mean) -> String {
 
 fn reached(mean: Option<Mean>, amplification: Option<f64>) -> String {
     let Some(mean) = mean else { return NOTHING.into() };
-    let at = amplification.map_or(String::new(), |times| format!(" at {times:.1}\u{d7}"));
+    let at = amplification.map_or(String::new(), |times| format!(" at {times:?}\u{d7}"));
     mean_text(mean) + &at
 }
 

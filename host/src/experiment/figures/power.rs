@@ -1,11 +1,14 @@
-//! Figure 5: what walking at 0.12 m/s costs each method on long legs.
+//! Figure 5: what walking at one speed takes each method on long legs.
 //!
-//! No trial has exactly that speed. Owns the interpolation: straight, between
-//! the two neighbouring amplifications whose speeds lie on either side. Refuses
-//! to extrapolate; where a method is never so slow or so fast, it says so.
+//! The paper's speed is 0.12 m/s; where its three methods are not all so slow,
+//! the slowest that they share stands beside it. No trial has exactly such a
+//! speed. Owns the interpolation: straight, between the two neighbouring
+//! amplifications whose speeds lie on either side. Refuses to extrapolate; where
+//! a method is never so slow or so fast, it says so.
 
 use super::colour;
 use super::points::in_order;
+use crate::experiment::at_speed;
 use crate::experiment::method::Method;
 use crate::experiment::paper;
 use crate::experiment::summary::{Condition, Mean};
@@ -40,18 +43,61 @@ pub struct Row {
     pub method: Method,
     /// Ours.
     pub power: PowerAt,
-    /// What the paper prints.
+    /// What the paper prints, at its own speed.
     pub paper_w: Option<f64>,
 }
 
-/// Every method that walked on long legs.
+impl Row {
+    const fn power_w(&self) -> Option<Mean> {
+        match self.power {
+            PowerAt::Interpolated { power_w, .. } => Some(power_w),
+            PowerAt::NeverSoSlow { .. } | PowerAt::NeverSoFast { .. } => None,
+        }
+    }
+}
+
+/// All methods at one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtSpeed {
+    /// Which.
+    pub speed_m_s: f64,
+    /// Every method that walked on long legs.
+    pub rows: Vec<Row>,
+}
+
+impl AtSpeed {
+    fn of(conditions: &[Condition], speed_m_s: f64) -> Self {
+        let is_papers = speed_m_s == paper::FIGURE_5_SPEED_M_S;
+        let row = |method: Method| {
+            let power = power_at(conditions, method, paper::LEGS[0], speed_m_s)?;
+            Some(Row { method, power, paper_w: paper::figure_5_w(method).filter(|_| is_papers) })
+        };
+        Self { speed_m_s, rows: Method::ALL.into_iter().filter_map(row).collect() }
+    }
+
+    /// How many of some methods have a power there.
+    fn known(&self, methods: &[Method]) -> usize {
+        self.rows.iter().filter(|row| methods.contains(&row.method) && row.power_w().is_some()).count()
+    }
+}
+
+/// The paper's speed, if anybody walks it, and where its methods do not, the slowest that they share.
 #[must_use]
-pub fn rows(conditions: &[Condition]) -> Vec<Row> {
-    let row = |method: Method| {
-        let power = power_at(conditions, method, paper::LEGS[0], paper::FIGURE_5_SPEED_M_S)?;
-        Some(Row { method, power, paper_w: paper::figure_5_w(method) })
-    };
-    Method::ALL.into_iter().filter_map(row).collect()
+pub fn at_speeds(conditions: &[Condition]) -> Vec<AtSpeed> {
+    let points = Method::PAPERS
+        .map(|method| at_speed::points(conditions, method, paper::LEGS[0], at_speed::POWER_W))
+        .into_iter()
+        .filter(|points| !points.is_empty())
+        .collect::<Vec<_>>();
+    let papers = AtSpeed::of(conditions, paper::FIGURE_5_SPEED_M_S);
+    let shared = (points.len() > 1 && papers.known(&Method::PAPERS) < points.len())
+        .then(|| at_speed::common_m_s(&points, 1).first().copied().filter(|speed| speed.is_finite()))
+        .flatten()
+        .map(|speed_m_s| AtSpeed::of(conditions, speed_m_s));
+    let mut speeds = vec![papers];
+    speeds.extend(shared);
+    speeds.retain(|at| at.known(&Method::ALL) > 0);
+    speeds
 }
 
 /// Power at a speed; `None` of a method that did not walk. Where several pairs of
@@ -103,21 +149,34 @@ const ROW_PX: u32 = 46;
 const ROOM: f64 = 1.0;
 
 /// The picture; `None` where no method has a power to show.
-pub fn figure(rows: &[Row]) -> Option<Figure> {
+pub fn figure(speeds: &[AtSpeed]) -> Option<Figure> {
+    let most_rows = speeds.iter().map(|at| at.rows.len()).max()?;
+    let grey = Colour(110, 110, 110);
+    let entry = |label: &str, marks: &[_]| Entry { label: label.into(), marks: marks.to_vec() };
+    let mut legend =
+        vec![entry("here, with its 95 % interval", &[(Mark::Whiskers, grey), (Mark::Points, grey)])];
+    if speeds.iter().flat_map(|at| &at.rows).any(|row| row.paper_w.is_some()) {
+        legend.push(entry("measured by the authors", &[(Mark::Diamonds, BLACK)]));
+    }
+    Some(Figure {
+        title: "Power at the same speed".into(),
+        legend,
+        columns: 1,
+        panel_px: (super::WIDTH_PX, 90 + ROW_PX * most_rows as u32),
+        panels: speeds.iter().map(panel).collect(),
+    })
+}
+
+fn panel(at: &AtSpeed) -> Panel {
+    let AtSpeed { speed_m_s, rows } = at;
     let count = rows.len();
     // The first row stands at the top.
     let height = |index: usize| (count - index) as f64;
-    let ours = |row: &Row| match row.power {
-        PowerAt::Interpolated { power_w, .. } => Some(power_w),
-        PowerAt::NeverSoSlow { .. } | PowerAt::NeverSoFast { .. } => None,
-    };
     let mut powers: Vec<f64> = rows.iter().filter_map(|row| row.paper_w).collect();
-    powers.extend(rows.iter().filter_map(ours).flat_map(|Mean { mean, ci95 }| {
+    powers.extend(rows.iter().filter_map(Row::power_w).flat_map(|Mean { mean, ci95 }| {
         let half = ci95.unwrap_or(0.0);
         [mean - half, mean + half]
     }));
-    // Nothing but the paper's numbers is no figure of ours.
-    rows.iter().filter_map(ours).next()?;
     let exact = Axis::round("", powers, 5);
     let most = exact.most + ROOM * (exact.most - exact.least);
     let x = Axis::round("power from the battery (W)", [exact.least, most], 8);
@@ -128,7 +187,7 @@ pub fn figure(rows: &[Row]) -> Option<Figure> {
         if let Some(paper_w) = row.paper_w {
             layers.push(Layer { mark: Mark::Diamonds, colour: BLACK, points: vec![(paper_w, y)] });
         }
-        if let Some(Mean { mean, ci95 }) = ours(row) {
+        if let Some(Mean { mean, ci95 }) = row.power_w() {
             let colour = colour(row.method);
             if let Some(half) = ci95 {
                 let points = vec![(mean - half, y), (mean + half, y)];
@@ -139,17 +198,17 @@ pub fn figure(rows: &[Row]) -> Option<Figure> {
         notes.push(Note { at: (x.most, y), side: Side::Left, text: said(row) });
     }
     let names = rows.iter().rev().map(|row| row.method.label().to_owned());
-    let panel = Panel { title: "1 L (23 cm)".into(), x, y: Axis::named(names), top: None, layers, notes };
-    let grey = Colour(110, 110, 110);
-    let entry = |label: &str, marks: &[_]| Entry { label: label.into(), marks: marks.to_vec() };
-    Some(Figure {
-        title: format!("Power at {} m/s", paper::FIGURE_5_SPEED_M_S),
-        legend: vec![
-            entry("here, with its 95 % interval", &[(Mark::Whiskers, grey), (Mark::Points, grey)]),
-            entry("measured by the authors", &[(Mark::Diamonds, BLACK)]),
-        ],
-        columns: 1,
-        panel_px: (super::WIDTH_PX, 90 + ROW_PX * count as u32),
-        panels: vec![panel],
-    })
+    let whose = if *speed_m_s == paper::FIGURE_5_SPEED_M_S {
+        "the paper's speed"
+    } else {
+        "the slowest that the paper's methods share here"
+    };
+    Panel {
+        title: format!("1 L (23 cm) at {} m/s, {whose}", (1000.0 * speed_m_s).round() / 1000.0),
+        x,
+        y: Axis::named(names),
+        top: None,
+        layers,
+        notes,
+    }
 }

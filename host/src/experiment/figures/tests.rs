@@ -1,5 +1,5 @@
 use super::points::{Quadratic, in_order, series};
-use super::power::{PowerAt, power_at};
+use super::power::{PowerAt, at_speeds, figure, power_at};
 use super::*;
 use crate::experiment::by_hand;
 use crate::experiment::summary::Condition;
@@ -124,6 +124,35 @@ fn power_at_a_speed_that_a_method_never_has_is_not_extrapolated() {
         Some(PowerAt::Interpolated { power_w: by_hand::mean(0.7, 0.01).unwrap(), between: (1.0, 1.0) })
     );
     assert_eq!((at(Method::Sinusoid), at(Method::Searched)), (None, None));
+}
+
+/// PSTO from 0.20 m/s on, the sinusoid from 0.18: they share 0.20, where the sinusoid takes 0.55 W.
+#[test]
+fn figure_5_is_drawn_at_the_slowest_speed_that_the_papers_methods_share_where_they_are_not_so_slow() {
+    let mut conditions = vec![
+        walked(Method::Psto, 1.0, 1.0, 0.20, 0.6, 0.6),
+        walked(Method::Psto, 1.0, 1.2, 0.30, 0.9, 0.6),
+        walked(Method::Sinusoid, 1.0, 1.0, 0.18, 0.5, 0.6),
+        walked(Method::Sinusoid, 1.0, 1.2, 0.22, 0.6, 0.6),
+    ];
+
+    let speeds = at_speeds(&conditions);
+
+    assert_eq!(speeds.iter().map(|at| at.speed_m_s).collect::<Vec<_>>(), [0.20]);
+    let powers: Vec<(Method, f64)> = speeds[0]
+        .rows
+        .iter()
+        .map(|row| match row.power {
+            PowerAt::Interpolated { power_w, .. } => (row.method, (100.0 * power_w.mean).round()),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(powers, [(Method::Sinusoid, 55.0), (Method::Psto, 60.0)]);
+    assert!(speeds[0].rows.iter().all(|row| row.paper_w.is_none()), "the paper's are of another speed");
+    // Somebody who walks at the paper's speed is shown there, too.
+    conditions.push(walked(Method::AuthorsPsto, 1.0, 1.0, 0.12, 0.8, 0.6));
+    assert_eq!(at_speeds(&conditions).iter().map(|at| at.speed_m_s).collect::<Vec<_>>(), [0.12, 0.20]);
+    assert!(figure(&at_speeds(&[not_run(Method::Psto, 1.0, 1.0)])).is_none());
 }
 
 #[test]

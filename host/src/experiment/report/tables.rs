@@ -106,7 +106,7 @@ pub fn books(books: &[Books]) -> Markup {
                     tr {
                         td.number { (of.leg) " L" }
                         th scope="row" { (of.method.label()) }
-                        td.number { (format!("{:.1}\u{d7}", of.amplification)) }
+                        td.number { (format!("{:?}\u{d7}", of.amplification)) }
                         @for (_, part) in of.parts() { td.number { (format!("{part:.3}")) } }
                         td.number { (format!("{:.3}", of.total())) }
                     }
@@ -145,7 +145,7 @@ pub fn left_out(conditions: &[Condition]) -> Markup {
 
 fn name(condition: &Condition) -> String {
     let Condition { method, leg, amplification, .. } = condition;
-    format!("{}, {leg} L, {amplification:.1}\u{d7}", method.label())
+    format!("{}, {leg} L, {amplification:?}\u{d7}", method.label())
 }
 
 /// "2 fell, 1 reversed".
@@ -217,7 +217,10 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
                         td.number { (format!("{:.3}", gait.period_s)) }
                         td.number { (gait.seed.map_or(NOTHING.into(), |seed| seed.to_string())) }
                         td.number { (gait.simulated_s.map_or(NOTHING.into(), |seconds| format!("{seconds:.0}"))) }
-                        td.wide { code { (gait.command) } }
+                        td.wide {
+                            code { (gait.command) }
+                            @if let Some(remark) = &gait.remark { br; (remark) "." }
+                        }
                         td.wide { code { (gait.gait_sha256) } }
                         td.number { (gait.prepare_wall_s.map_or("before".into(), duration)) }
                     }
@@ -226,6 +229,18 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
         }
     };
     scrolled("The gaits", &table)
+}
+
+/// Robots and presets, folded up: every number of them.
+pub fn descriptions(descriptions: &[Parameter]) -> Markup {
+    html! {
+        @for description in descriptions {
+            details {
+                summary { (description.name) }
+                pre { code { (description.value) } }
+            }
+        }
+    }
 }
 
 /// Everything that was chosen.

@@ -83,6 +83,7 @@ fn whatever_comes_from_a_file_is_escaped() {
         period_s: 1.5,
         gait_sha256: evil.into(),
         prepare_wall_s: Some(61.0),
+        remark: Some("27 of 62 rows".into()),
     };
     study.legs = vec![LegStudy { leg: 1.0, gaits: vec![gait], learning: None, stride: None }];
     let mut figures = figures::all(&study);

@@ -4,7 +4,7 @@
 //! PSTO does not beat the sinusoid, the sentence begins with it. Refuses to
 //! compare what did not walk.
 
-use crate::experiment::books::{Books, main_difference};
+use crate::experiment::books::{Books, differences};
 use crate::experiment::figures::best::mean_text;
 use crate::experiment::figures::points::{in_order, same_leg};
 use crate::experiment::figures::{leg_text, points};
@@ -58,7 +58,7 @@ impl Figure {
 
     fn shown(self, mean: Mean, amplification: f64) -> String {
         let unit = if self == Self::Speed { " m/s" } else { "" };
-        format!("{}{unit} at {amplification:.1}\u{d7}", mean_text(mean))
+        format!("{}{unit} at {amplification:?}\u{d7}", mean_text(mean))
     }
 }
 
@@ -87,6 +87,9 @@ pub fn sure(first: Mean, second: Mean) -> &'static str {
     }
 }
 
+/// Of a cost of transport: less is not told.
+const LEAST_TOLD: f64 = 0.0005;
+
 /// Why PSTO and the sinusoid differ, leg by leg.
 #[must_use]
 pub fn reasons(books: &[Books]) -> Vec<String> {
@@ -95,15 +98,27 @@ pub fn reasons(books: &[Books]) -> Vec<String> {
     legs.dedup();
     let reason = |leg: f64| {
         let (psto, sinusoid) = (of(Method::Psto, leg)?, of(Method::Sinusoid, leg)?);
-        let (part, more) = main_difference(psto, sinusoid);
-        let (dearer, cheaper) =
-            if psto.total() > sinusoid.total() { ("PSTO", "the sinusoid") } else { ("the sinusoid", "PSTO") };
+        let (dearer, cheaper, names) = if psto.total() > sinusoid.total() {
+            (psto, sinusoid, ("PSTO", "the sinusoid"))
+        } else {
+            (sinusoid, psto, ("the sinusoid", "PSTO"))
+        };
+        let told = |(part, more): (&'static str, f64)| {
+            let sign = if more < 0.0 { '\u{2212}' } else { '+' };
+            format!("{part} {sign}{:.3}", more.abs())
+        };
+        let parts: Vec<String> = differences(dearer, cheaper)
+            .into_iter()
+            .filter(|(_, more)| more.abs() >= LEAST_TOLD)
+            .map(told)
+            .collect();
         Some(format!(
-            "With legs of {}, {dearer} pays {:.3} more than {cheaper}, each where it is cheapest; most of that goes to \
-             {part}: {:.3}.",
+            "With legs of {}, {} pays {:.3} more than {}, each where it is cheapest: {}.",
             leg_text(leg),
-            (psto.total() - sinusoid.total()).abs(),
-            more.abs()
+            names.0,
+            dearer.total() - cheaper.total(),
+            names.1,
+            if parts.is_empty() { "no part stands out".to_owned() } else { parts.join(", ") }
         ))
     };
     legs.into_iter().filter_map(reason).collect()
@@ -208,7 +223,7 @@ fn where_psto_leads(study: &Study, leg: f64) -> Option<String> {
         };
         let apart = is_sure(ours, theirs) == Some(true);
         let side = if apart { usize::from(ours.mean > theirs.mean) } else { 2 };
-        sides[side].push(format!("{:.1}\u{d7}", condition.amplification));
+        sides[side].push(format!("{:?}\u{d7}", condition.amplification));
     }
     let said: Vec<String> = ["less", "more", "neither more nor less beyond the intervals"]
         .iter()
