@@ -146,7 +146,7 @@ pub fn said(row: &Row) -> String {
 const BLACK: Colour = Colour(0, 0, 0);
 const ROW_PX: u32 = 46;
 /// Of the power axis, for the values in words.
-const ROOM: f64 = 1.0;
+const ROOM: f64 = 1.5;
 
 /// The picture; `None` where no method has a power to show.
 pub fn figure(speeds: &[AtSpeed]) -> Option<Figure> {
@@ -201,7 +201,7 @@ fn panel(at: &AtSpeed) -> Panel {
     let whose = if *speed_m_s == paper::FIGURE_5_SPEED_M_S {
         "the paper's speed"
     } else {
-        "the slowest that the paper's methods share here"
+        "the slowest that all three share"
     };
     Panel {
         title: format!("1 L (23 cm) at {} m/s, {whose}", (1000.0 * speed_m_s).round() / 1000.0),
