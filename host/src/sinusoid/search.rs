@@ -2,7 +2,7 @@
 //!
 //! Owns what a search is asked and what it answers, and its budget, in control
 //! steps as a learner's is. A large budget is spent on several rounds, each a
-//! search of its own, of which the best counts; their order is [`course`]'s.
+//! search of its own, of which the best counts; their order is `course`'s.
 
 mod course;
 
