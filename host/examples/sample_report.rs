@@ -10,6 +10,7 @@ use host::experiment::study::{Claim, GaitNote, LearnedStride, LegStudy, Paramete
 use host::experiment::summary::{Planned, best, conditions};
 use host::experiment::trial::{Place, Raw, Trial, mark_reversed};
 use host::experiment::{figures, paper, report};
+use host::robot::Robot;
 use host::run_folder;
 use host::stride::Sample;
 use host::td3::curve::CurvePoint;
@@ -30,6 +31,10 @@ fn main() -> miette::Result<()> {
     run_folder::write(&page, report::html(&study, &drawn).as_bytes()).into_diagnostic()?;
     println!("{}", page.display());
     Ok(())
+}
+
+fn description(robot: &Robot) -> Parameter {
+    Parameter { name: "The robot".into(), value: robot.to_toml() }
 }
 
 fn sample() -> Study {
@@ -57,7 +62,7 @@ fn sample() -> Study {
         conditions,
         claims: claims(),
         trials,
-        descriptions: vec![Parameter { name: "a robot".into(), value: "name = \"Ant\"\n".into() }],
+        descriptions: Robot::ant(1.0).iter().map(description).collect(),
         parameters: [("what this is", NOTE), ("trial", "12 s"), ("seed of the perturbations", "0")]
             .map(|(name, value)| Parameter { name: name.into(), value: value.into() })
             .to_vec(),
