@@ -30,7 +30,7 @@ fn with_a_tracker_that_tells_no_tilt_the_person_says_whether_it_fell() {
         (0..900).map(|i| f64::from(i) / 10.0).map(|t| format!("{:.3},{:.6},0\n", now + t, 0.3 * t)).collect();
     std::fs::write(setting.folder.path().join("track.csv"), format!("time_s,x_m,y_m\n{rows}")).unwrap();
 
-    let mut terminal = experiment(&setting, &["--tracker=track.csv"]);
+    let mut terminal = experiment(&setting, &["--tracker=track.csv", "--mass-kg=2"]);
     terminal.after(BEFORE, "\n");
     terminal.after("Enter if it walked well, f if it fell, r to walk it again: ", "f\n");
     terminal.after("Noted as: fell", "");
@@ -38,6 +38,12 @@ fn with_a_tracker_that_tells_no_tilt_the_person_says_whether_it_fell() {
     terminal.end();
 
     assert_eq!(noted(&setting)[0][3], "fell");
+    // As it was weighed.
+    let telemetry =
+        std::fs::read_to_string(setting.folder.path().join("study/walks/ant-1L/trials.csv")).unwrap();
+    let mut rows = csv::Reader::from_reader(telemetry.as_bytes());
+    let column = rows.headers().unwrap().iter().position(|name| name == "mass_kg").unwrap();
+    assert_eq!(&rows.records().next().unwrap().unwrap()[column], "2");
 }
 
 /// Amplification, trial, distance and mark of each that was noted.

@@ -86,6 +86,9 @@ pub struct Args {
     /// With --port: positions, as `measure` takes them, in place of a question
     #[arg(long, value_name = "FILE", requires = "port")]
     tracker: Option<PathBuf>,
+    /// With --port: what the robot weighs with the legs of this call [default: as its description says]
+    #[arg(long, value_name = "KG", requires = "port")]
+    mass_kg: Option<f64>,
     /// In the twin: every trial on a robot of its own, within what the fit, the floor and the
     /// servos leave open, as `optimise` draws them
     #[arg(long, conflicts_with = "port")]
@@ -221,7 +224,9 @@ fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {
     std::fs::create_dir_all(&folder).map_err(FileError::on("create", &folder))?;
     let (seed, duration_s) = (args.seed, args.duration_s);
     let person = Person::at_standard_input(stop);
-    let device = reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, person });
+    let mass_kg = args.mass_kg;
+    let device =
+        reach.map(|reach| Device { reach, steps, folder: &folder, seed, duration_s, mass_kg, person });
     if let Some(device) = &device {
         device.check()?;
     }

@@ -255,6 +255,7 @@ fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
         ("lengths of trials", found.plan.duration_s != asked.plan.duration_s),
         ("seeds", found.plan.seed != asked.plan.seed),
         ("perturbations", found.plan.robots_differ != asked.plan.robots_differ),
+        ("masses", found.plan.mass_kg != asked.plan.mass_kg),
         ("robots", found.robots != asked.robots),
         ("gaits", found.gaits != asked.gaits),
         ("reference tables", found.reference != asked.reference),

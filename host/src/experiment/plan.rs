@@ -31,6 +31,8 @@ pub struct Plan {
     pub seed: u64,
     /// Whether every trial in the twin has a robot of its own, within what the fit and tolerances leave open.
     pub robots_differ: bool,
+    /// Mass of a real robot, where somebody weighed it; else as its description says.
+    pub mass_kg: Option<f64>,
 }
 
 impl Plan {
@@ -44,6 +46,7 @@ impl Plan {
             duration_s: paper::TRIAL_S,
             seed,
             robots_differ: false,
+            mass_kg: None,
         }
     }
 

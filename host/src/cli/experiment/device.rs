@@ -54,6 +54,8 @@ pub struct Device<'a> {
     pub folder: &'a Path,
     pub seed: u64,
     pub duration_s: f64,
+    /// As weighed.
+    pub mass_kg: Option<f64>,
     pub person: Person<'a>,
 }
 
@@ -168,7 +170,12 @@ impl Device<'_> {
         if self.person.has_stopped() {
             return Err(self.interrupted());
         }
-        let mut flags = vec!["--port", port, "--duration", &duration, "--robot", &robot, "--out", &out];
+        let mut flags = vec!["--port", port, "--duration", &duration, "--out", &out];
+        let mass_kg = self.mass_kg.map(|mass_kg| mass_kg.to_string());
+        match &mass_kg {
+            Some(mass_kg) => flags.extend(["--mass-kg", mass_kg]),
+            None => flags.extend(["--robot", &robot]),
+        }
         let tracker = tracker.map(text);
         if let Some(tracker) = &tracker {
             flags.extend(["--tracker", tracker]);

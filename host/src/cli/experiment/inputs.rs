@@ -26,12 +26,14 @@ const RETRAINED: &str = "retrained";
 pub fn plan(args: &Args) -> Result<Plan, ExperimentError> {
     let in_twin = args.port.is_none() && args.on == On::Twin;
     let trials = args.trials.unwrap_or(if in_twin { TRIALS_IN_TWIN } else { TRIALS_ON_ROBOT });
-    let mut plan = Plan { robots_differ: args.robots_differ, ..Plan::paper(trials, args.seed) };
+    let mut plan =
+        Plan { robots_differ: args.robots_differ, mass_kg: args.mass_kg, ..Plan::paper(trials, args.seed) };
     let (least_s, most_s) = DURATION_RANGE_S;
     let (least, most) = (Amplitude::MIN.value(), Amplitude::MAX.value());
     let mut ranges =
         vec![("duration", args.duration_s, least_s, most_s), ("effort", args.effort, 0.02, 10.0)];
     ranges.extend(args.amplifications.iter().map(|&a| ("amp", a, least, most)));
+    ranges.extend(args.mass_kg.map(|mass_kg| ("mass-kg", mass_kg, 0.01, 1e3)));
     ranges.extend(args.legs.iter().map(|&leg| ("leg", leg, 0.1, 3.0)));
     for (flag, value, min, max) in ranges {
         if !(min..=max).contains(&value) {

@@ -173,7 +173,13 @@ fn parameters(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
         Venue::VirtualRobot => {
             add("trials differ by", "the virtual robot's own seed: start, noise of its sensor".into())
         }
-        Venue::Robot => {}
+        Venue::Robot => {
+            add("trials differ by", "how the robot stood on its mark, its battery and its floor".into());
+            add(
+                "mass",
+                plan.mass_kg.map_or("as described below".into(), |mass_kg| format!("{mass_kg} kg, weighed")),
+            );
+        }
     }
     if plan.methods.contains(&Method::Sinusoid) {
         add(
