@@ -74,10 +74,17 @@ impl Check {
 
     /// What does not stop the robot, but will not look as planned.
     pub fn warnings(&self) -> Vec<String> {
-        let too_fast = Joint::ALL.into_iter().zip(&self.demands).filter(|(_, d)| d.too_fast_share > 0.0);
-        let too_fast = too_fast.map(|(joint, demand)| {
+        let beyond_speed: Vec<(Joint, &Demand)> =
+            Joint::ALL.into_iter().zip(&self.demands).filter(|(_, d)| d.too_fast_share > 0.0).collect();
+        let fastest = beyond_speed.iter().max_by(|a, b| a.1.fastest_deg_s.total_cmp(&b.1.fastest_deg_s));
+        let too_fast = fastest.map(|(joint, demand)| {
+            let others = match beyond_speed.len() - 1 {
+                0 => String::new(),
+                1 => ", and so does another joint in some of it".to_owned(),
+                others => format!(", and so do {others} other joints in some of it"),
+            };
             format!(
-                "{} is to turn at up to {:.0} degrees/s; its servo does {:.0}: it lags in {:.0} % of the stride",
+                "{} is to turn at up to {:.0} degrees/s; its servo does {:.0}: it lags in {:.1} % of the stride{others}",
                 joint.name(),
                 demand.fastest_deg_s,
                 self.servo_deg_s,
