@@ -261,4 +261,21 @@ mod tests {
         assert_eq!((conditions[2].n, conditions[2].cost_of_transport), (0, None));
         assert_eq!(conditions[2].not_run.as_deref(), Some("beyond the joints"));
     }
+
+    /// The one that stayed up at 2.0x is cheapest by far, and luck.
+    #[test]
+    fn a_condition_of_which_half_the_trials_do_not_count_is_not_the_best() {
+        let trials = [
+            trial(1.0, 0, 9.0, 1.0, false),
+            trial(1.0, 1, 9.0, 1.0, false),
+            trial(2.0, 0, 1.0, 2.0, false),
+            trial(2.0, 1, 1.0, 2.0, true),
+        ];
+
+        let conditions = conditions(&[planned(1.0, None), planned(2.0, None)], &trials);
+        let best = &best(&conditions)[0];
+
+        assert_eq!((best.cost_amplification, best.cost_n), (Some(1.0), 2));
+        assert_eq!((best.speed_amplification, best.speed_n), (Some(1.0), 2));
+    }
 }

@@ -155,3 +155,22 @@ fn raw(walk: Option<&Walk>, plan: &Plan, robot: &Robot) -> Raw {
         ..unknown
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_ctrl_c_no_further_trial_is_walked_and_what_was_is_kept() {
+        let robot = Robot::ant(1.0).unwrap();
+        let plan = Plan { duration_s: 0.1, ..Plan::paper(4, 0) };
+        let place = Place { method: Method::Psto, leg: 1.0, amplification: 1.0 };
+        let walked = |stop: bool| {
+            let stop = AtomicBool::new(stop);
+            each(&plan, &robot, place, &[0, 2], "abc", &stop, |_| [0.0; 8])
+        };
+
+        assert_eq!(walked(false).iter().map(|trial| trial.trial).collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(walked(true), []);
+    }
+}

@@ -116,3 +116,33 @@ fn what_was_not_run_is_not_judged_and_named() {
     let none: Vec<Condition> = Vec::new();
     assert!(judge(&none, &[], &[]).iter().all(|claim| claim.holds.is_none()));
 }
+
+/// Of eight amplifications one says nothing of all, nor of the best.
+#[test]
+fn a_few_amplifications_bear_no_claim_about_all_of_them() {
+    let mut conditions = study(0.1);
+    conditions.retain(|c| (c.amplification - 2.0).abs() < 1e-9);
+
+    assert_eq!(verdict(&conditions, "With legs of 1 L and 2.0x, PSTO costs less"), Some(true));
+    assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO costs less than both others at every"), None);
+    assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO reaches the highest speed"), None);
+    assert_eq!(verdict(&conditions, "With legs of 1 L, PSTO's best cost is lower"), None);
+}
+
+#[test]
+fn a_condition_that_mostly_fell_bears_no_claim_and_one_trial_has_no_interval() {
+    let mut conditions = study(0.1);
+    let is = |c: &&mut Condition| {
+        (c.method, c.leg) == (Method::Psto, LONG) && (c.amplification - 2.0).abs() < 1e-9
+    };
+    let psto = conditions.iter_mut().find(is).unwrap();
+    psto.cost_of_transport.as_mut().unwrap().ci95 = None;
+
+    let text = "With legs of 1 L and 2.0x, PSTO costs less";
+    let claims = judge(&conditions, &best(&conditions), &[]);
+    let claim = claims.iter().find(|claim| claim.text.starts_with(text)).unwrap();
+    assert!(claim.evidence.contains("(from one trial: no interval)"), "{}", claim.evidence);
+    let psto = conditions.iter_mut().find(is).unwrap();
+    (psto.n, psto.trials, psto.falls) = (1, 3, 2);
+    assert_eq!(verdict(&conditions, text), None);
+}
