@@ -4,12 +4,14 @@
 //! far) and their agreement. Refuses to go on with another plan, trials of two
 //! plans make no study, and with trials that this plan cannot have had.
 
+mod identity;
+
+pub use identity::{Identity, refuse_another};
+
 use super::method::Method;
-use super::plan::Plan;
-use super::study::Venue;
 use super::trial::{Place, Trial, mark_reversed};
 use crate::run_folder::{self, FileError};
-use serde::{Deserialize, Serialize};
+use identity::{difference, plan_at};
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -71,21 +73,6 @@ pub enum LedgerError {
     },
 }
 
-/// What decides a study: its plan, where it is walked, and by which gaits.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Identity {
-    /// Methods, amplifications, trials.
-    pub plan: Plan,
-    /// Where.
-    pub venue: Venue,
-    /// SHA-256 of each robot's description.
-    pub robots: Vec<String>,
-    /// Method, legs and SHA-256 of each gait.
-    pub gaits: Vec<(String, f64, String)>,
-    /// SHA-256 of the authors' tables, where they take part.
-    pub reference: Option<String>,
-}
-
 /// The trials of a study, on disk after every change.
 #[derive(Debug)]
 pub struct Ledger {
@@ -93,39 +80,6 @@ pub struct Ledger {
     trials: Vec<Trial>,
     /// Locked as long as it is open: two calls would write over each other's trials.
     _plan: File,
-}
-
-/// Refuses a folder that holds another study, as far as can be told before there are gaits.
-///
-/// # Errors
-/// [`LedgerError`] if it does, or its plan is damaged.
-pub fn refuse_another(
-    folder: &Path,
-    plan: &Plan,
-    venue: Venue,
-    robots: &[String],
-    reference: Option<&String>,
-) -> Result<(), LedgerError> {
-    let path = folder.join(PLAN);
-    let Some(found) = plan_at(&path)? else { return Ok(()) };
-    let asked = Identity {
-        plan: plan.clone(),
-        venue,
-        robots: robots.to_vec(),
-        gaits: found.gaits.clone(),
-        reference: reference.cloned(),
-    };
-    difference(&found, &asked).map_or(Ok(()), |what| Err(LedgerError::Other { path, what }))
-}
-
-fn plan_at(path: &Path) -> Result<Option<Identity>, LedgerError> {
-    match std::fs::read(path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Some)
-            .map_err(|source| LedgerError::Plan { path: path.to_owned(), source }),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(FileError::on("read", path)(error).into()),
-    }
 }
 
 impl Ledger {
@@ -246,27 +200,11 @@ fn foreign(trial: &Trial, before: &[Trial], identity: &Identity) -> Option<Strin
     None
 }
 
-fn difference(found: &Identity, asked: &Identity) -> Option<&'static str> {
-    let differs = [
-        ("places of walking", found.venue != asked.venue),
-        ("methods", found.plan.methods != asked.plan.methods),
-        ("amplifications", found.plan.amplifications != asked.plan.amplifications),
-        ("numbers of trials", found.plan.trials != asked.plan.trials),
-        ("lengths of trials", found.plan.duration_s != asked.plan.duration_s),
-        ("seeds", found.plan.seed != asked.plan.seed),
-        ("perturbations", found.plan.robots_differ != asked.plan.robots_differ),
-        ("masses", found.plan.mass_kg != asked.plan.mass_kg),
-        ("robots", found.robots != asked.robots),
-        ("gaits", found.gaits != asked.gaits),
-        ("reference tables", found.reference != asked.reference),
-    ];
-    differs.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::method::Method;
+    use crate::experiment::plan::Plan;
+    use crate::experiment::study::Venue;
     use crate::experiment::trial::{Mark, Raw};
 
     const PLACE: Place = Place { method: Method::Psto, leg: 0.6, amplification: 1.4 };

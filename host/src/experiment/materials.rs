@@ -9,21 +9,24 @@
 //! spread), `psto.toml`, `ours.toml`, `sinusoid.toml`, `searched.toml` (gait
 //! files), `learning/` (a curve a seed) and `made.toml` (the commands).
 
+mod error;
+
+pub use error::MaterialsError;
+
 use super::method::{Method, OWN_STROKE};
 use super::study::{GaitNote, LearnedStride};
-use crate::curves::{CurvesError, RunCurves};
+use crate::curves::RunCurves;
 use crate::fit::Scale;
 use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source, gait_sha256};
 use crate::playable::Playable;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
-use crate::sampled::{self, SampleError};
-use crate::trajectory::{Trajectory, TrajectoryError};
+use crate::sampled;
+use crate::trajectory::Trajectory;
 use protocol::gait::{MAX_ENCODED_LEN, MAX_ROWS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 
 /// The averaged stride of PSTO's policy.
 pub const STRIDE: &str = "original.csv";
@@ -49,63 +52,6 @@ const SHORT: &[(&str, &str)] = files!("ant-0.6L":
     "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml",
     "learning/seed-0/train.csv", "learning/seed-1/train.csv", "made.toml",
 );
-
-/// Why there are no gaits.
-#[derive(Debug, Error)]
-pub enum MaterialsError {
-    /// The disk's reason.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A gait file's fault.
-    #[error(transparent)]
-    Gait(#[from] GaitFileError),
-    /// The stride's fault.
-    #[error(transparent)]
-    Stride(#[from] TrajectoryError),
-    /// No table holds the stride.
-    #[error("{path} cannot be played sample by sample")]
-    Sampled {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: SampleError,
-    },
-    /// The stride's file does not say how long it lasts.
-    #[error("{path} has no {}: how long the stride lasts is unknown", crate::trajectory::TIME_COLUMN)]
-    NoTime {
-        /// Which file.
-        path: PathBuf,
-    },
-    /// A stride and its spread that do not belong together.
-    #[error("{path} has {rows} rows, the stride beside it {expected}")]
-    Spread {
-        /// Which file.
-        path: PathBuf,
-        /// Its rows.
-        rows: usize,
-        /// The stride's.
-        expected: usize,
-    },
-    /// The learning curve's fault.
-    #[error(transparent)]
-    Curves(#[from] CurvesError),
-    /// The commands cannot be read.
-    #[error("{path} does not say how gaits were made")]
-    Made {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: toml::de::Error,
-    },
-    /// Legs that nothing comes with.
-    #[error("no gaits come with the program for {robot} with legs of {leg} L")]
-    NoneKnown {
-        /// Which robot.
-        robot: String,
-        /// Which legs.
-        leg: f64,
-    },
-}
 
 /// How a gait was made.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
