@@ -154,6 +154,7 @@ fn conditions_that_cannot_be_walked_are_not_run_and_bad_flags_say_what_to_do() {
     assert!(message.contains("--amp is 9") && message.contains("0.5 to 3"), "{message}");
     assert!(refused(folder, 2, &["--amp", "1.4,1.4"]).contains("twice"));
     assert!(refused(folder, 2, &["--duration", "0"]).contains("--duration is 0"));
+    assert!(refused(folder, 2, &["--duration", "-1"]).contains("--duration is -1"));
     assert!(refused(folder, 2, &["--method", "authors-psto"]).contains("--reference-tables"));
     assert!(refused(folder, 2, &["--method", "yours"]).contains("--gait"));
     assert!(refused(folder, 2, &["--port", "nowhere", "--leg", "1"]).contains("--tracker"));

@@ -35,7 +35,7 @@ use thiserror::Error;
 /// Where trials are walked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum On {
-    /// The direct simulation: minutes for all
+    /// The direct simulation: less than a minute for all
     Twin,
     /// The real firmware in an emulator, in real time
     VirtualRobot,
@@ -53,13 +53,13 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Legs, once for each pair: 1.0 is 23 cm [default: 1.0 and 0.6]
-    #[arg(long = "leg", value_name = "SCALE", conflicts_with = "robot")]
+    #[arg(long = "leg", value_name = "SCALE", conflicts_with = "robot", value_delimiter = ',')]
     legs: Vec<f64>,
     /// Folder of another robot than the Ant; needs --retrain, or only --gait
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
     /// Methods, once for each [default: original, sinusoid, psto, ours, searched]
-    #[arg(long = "method", value_name = "METHOD", value_enum)]
+    #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
     methods: Vec<Method>,
     /// A gait of your own beside them: the file, on the first of the legs
     #[arg(long, value_name = "FILE")]
@@ -72,7 +72,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     trials: Option<u32>,
     /// Length of a trial, in seconds
-    #[arg(long = "duration", value_name = "S", default_value_t = paper::TRIAL_S)]
+    #[arg(long = "duration", value_name = "S", default_value_t = paper::TRIAL_S, allow_negative_numbers = true)]
     duration_s: f64,
     /// Of starts and, with --retrain, of everything that is learned or searched
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
@@ -124,6 +124,9 @@ enum ExperimentError {
     NoDistances,
     #[error("no condition can be walked: {reason}")]
     Nothing { reason: String },
+    /// No failure: what was asked for.
+    #[error("the trials so far are in {}", .folder.display())]
+    Quit { folder: PathBuf },
     #[error("interrupted; the trials so far are in {}", .folder.display())]
     Interrupted { folder: PathBuf },
     #[error(transparent)]
@@ -155,7 +158,7 @@ impl ExperimentError {
                 failure_with_help(Cause::Usage, self, "call it in a terminal, or give --tracker FILE")
             }
             Self::Nothing { .. } => failure(Cause::Input, self),
-            Self::Interrupted { .. } => failure_with_help(
+            Self::Quit { .. } | Self::Interrupted { .. } => failure_with_help(
                 Cause::Interrupted,
                 self,
                 "the same command with the same --out goes on there",
@@ -193,7 +196,13 @@ impl ExperimentError {
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let stop = interruptible()?;
-    experiment(&args, &stop).map_err(ExperimentError::into_failure)
+    match experiment(&args, &stop) {
+        Err(ended @ ExperimentError::Quit { .. }) => {
+            eprintln!("For today {ended}; the same command with the same --out goes on there.");
+            Ok(())
+        }
+        outcome => outcome.map_err(ExperimentError::into_failure),
+    }
 }
 
 fn experiment(args: &Args, stop: &AtomicBool) -> Result<(), ExperimentError> {

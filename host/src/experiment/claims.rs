@@ -84,7 +84,7 @@ impl Held<'_> {
 }
 
 fn not_judged(text: String) -> Claim {
-    Claim { text, holds: None, evidence: "a condition that it needs was not run".into() }
+    Claim { text, holds: None, evidence: "what it needs was not run, or too little of it".into() }
 }
 
 fn shown(mean: Mean, digits: usize) -> String {

@@ -224,7 +224,7 @@ fn sweep(study: &Study, number: u32, what: &str, x: Quantity, y: Quantity) -> Dr
         heading: format!("Figure {number}"),
         caption: format!(
             "{what}: means of the trials that count, with 95 % intervals. Curves are polynomials of second \
-             order through the means, where there are three or more.{aside} Black: what the paper prints in \
+             order, fitted to the means, where there are three or more.{aside} Black: what the paper prints in \
              numbers.{cut}"
         ),
         svg: found.ok_or(Missing::NoTrials).and_then(|found| svg_of(found.figure)),

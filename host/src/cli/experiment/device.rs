@@ -120,7 +120,7 @@ impl Device<'_> {
             match before(&mut self.person)? {
                 Before::Walk => {}
                 Before::Skip => return Ok(None),
-                Before::Quit => return Err(self.interrupted()),
+                Before::Quit => return Err(self.ended_today()),
             }
             if was_stopped {
                 // Whoever walks it again has seen why; what still stands, the walk is refused for.
@@ -143,7 +143,7 @@ impl Device<'_> {
                 After::Note(raw) => return Ok(Some(raw)),
                 After::Again => {}
                 After::Skip => return Ok(None),
-                After::Quit => return Err(self.interrupted()),
+                After::Quit => return Err(self.ended_today()),
             }
         }
     }
@@ -200,6 +200,14 @@ impl Device<'_> {
             StepError::Failed { cause: Cause::Interrupted, .. } => self.interrupted(),
             error => error.into(),
         }
+    }
+
+    /// By the person's word, or by Ctrl-C.
+    fn ended_today(&self) -> ExperimentError {
+        if self.person.has_stopped() {
+            return self.interrupted();
+        }
+        ExperimentError::Quit { folder: self.folder.to_owned() }
     }
 
     fn interrupted(&self) -> ExperimentError {

@@ -74,6 +74,11 @@ fn study(args: &Args, parts: Parts) -> Study {
     if identity.venue == Venue::Twin && args.reference_tables.is_none() {
         skipped.push("the authors' own tables: name them with --reference-tables".to_owned());
     }
+    let runnable = planned.iter().filter(|planned| planned.not_run.is_none()).count();
+    let left_out = (runnable * identity.plan.trials as usize).saturating_sub(trials.len());
+    if left_out > 0 {
+        skipped.push(format!("trials that were left out, {left_out}: the same command offers them again"));
+    }
     let unseen = trials.iter().filter(|trial| trial.fall_unseen && trial.mark.is_none()).count();
     if unseen > 0 {
         skipped.push(format!(
@@ -248,10 +253,11 @@ fn print(study: &Study, folder: &Path) {
     );
     let unclean = |of: &dyn Fn(&Condition) -> bool| study.conditions.iter().filter(|c| of(c)).count();
     let (not_run, marked) = (unclean(&|c| c.not_run.is_some()), unclean(&|c| !c.marks.is_empty()));
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     println!(
-        "\n{} trials; {not_run} of {} conditions not run, {marked} with trials that do not count: the report says why",
-        study.trials.len(),
-        study.conditions.len()
+        "\n{} in {}; {not_run} of them not run, {marked} with trials that do not count: the report says why",
+        count(study.trials.len(), "trial"),
+        count(study.conditions.len(), "condition")
     );
     for skipped in &study.skipped {
         println!("skipped: {skipped}");

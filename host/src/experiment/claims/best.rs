@@ -6,6 +6,9 @@ use crate::experiment::paper;
 use crate::experiment::study::Claim;
 use crate::experiment::summary::{Best, Condition, Mean, mean_of};
 
+/// The paper's "later stages": from this share of learning on.
+const LATER: (usize, usize) = (4, 5);
+
 impl Held<'_> {
     pub(super) fn best(&self, method: Method, leg: f64) -> Option<&Best> {
         self.best.iter().find(|best| best.method == method && best.leg == leg)
@@ -16,16 +19,27 @@ impl Held<'_> {
     }
 
     pub(super) fn longer_legs_learn_more(&self) -> Claim {
-        let last = |leg: f64| {
+        let late = |leg: f64| {
             let learning = self.legs.iter().find(|study| study.leg == leg)?.learning.as_ref()?;
-            let rewards: Vec<f64> = learning.seeds.iter().map(|seed| seed.last().reward).collect();
+            // A single evaluation is noise.
+            let rewards: Vec<f64> = learning
+                .seeds
+                .iter()
+                .filter_map(|seed| {
+                    let later = seed.points.iter().skip(seed.points.len() * LATER.0 / LATER.1);
+                    mean_of(&later.map(|point| point.reward).collect::<Vec<f64>>())
+                })
+                .map(|mean| mean.mean)
+                .collect();
             mean_of(&rewards)
         };
         let text = "Learning: longer legs reach higher rewards in the later stages (Figure 3)".to_owned();
-        let (Some(long), Some(short)) = (last(LONG), last(SHORT)) else { return not_judged(text) };
+        let (Some(long), Some(short)) = (late(LONG), late(SHORT)) else { return not_judged(text) };
         let evidence = format!(
-            "reward of the last evaluation {:.0} with long legs, {:.0} with short ones",
-            long.mean, short.mean
+            "mean reward of an evaluation in the last fifth of learning, over seeds: {} with long legs, {} with short \
+             ones",
+            shown(long, 0),
+            shown(short, 0)
         );
         Claim { text, holds: Some(long.mean > short.mean), evidence }
     }

@@ -104,7 +104,7 @@ impl Held<'_> {
         let words: Vec<String> = known
             .iter()
             .map(|(leg, (cheaper, all))| {
-                format!("{leg} L: {what} at {cheaper} of {all} speeds that both walk")
+                format!("{leg} L: {what} at {cheaper} of {all} such speeds that both walk")
             })
             .collect();
         let holds = known.iter().all(|(_, (cheaper, all))| cheaper == all);

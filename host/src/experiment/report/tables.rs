@@ -83,7 +83,9 @@ pub fn claims(claims: &[Claim]) -> Markup {
     html! {
         p {
             "Claims that hold here: " (count(Some(true))) "; that do not hold: " (count(Some(false)))
-            "; that could not be judged: " (count(None)) "."
+            "; that could not be judged: " (count(None)) ". Percentages in brackets are the paper\u{2019}s words; those \
+            that follow from its Table 2 may differ. Slow speeds are the lower half of those that both walk; methods \
+            are compared at 21 of them, evenly spaced."
         }
         (scrolled("The paper\u{2019}s claims", &table))
     }
@@ -207,7 +209,7 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
             caption { span { "Each with the command and the seed that made it, and the SHA-256 of the table that is played." } }
             (head(&[
                 ("legs", true), ("method", false), ("stride (s)", true), ("seed", true), ("simulated for it (s)", true),
-                ("made by", false), ("SHA-256", false), ("made in", true),
+                ("made by", false), ("SHA-256", false), ("made in this study", true),
             ]))
             tbody {
                 @for (leg, gait) in legs.iter().flat_map(|leg| leg.gaits.iter().map(move |gait| (leg, gait))) {
@@ -222,7 +224,7 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
                             @if let Some(remark) = &gait.remark { br; (remark) "." }
                         }
                         td.wide { code { (gait.gait_sha256) } }
-                        td.number { (gait.prepare_wall_s.map_or("before".into(), duration)) }
+                        td.number { (gait.prepare_wall_s.map_or("no: before".into(), duration)) }
                     }
                 }
             }
