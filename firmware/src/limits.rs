@@ -7,6 +7,9 @@ use protocol::{Amplitude, Angle, Speed};
 
 /// Joint speed while moving to a first pose: 1 degree a frame, 60 degrees a second.
 pub const ENTRY_STEP_UNITS: i16 = Angle::UNITS_PER_DEG;
+/// Frames that the robot stands on a gait's centre before it goes to the first pose:
+/// 0.5 s. One that was limp lies on its belly, and rises later than its setpoints do.
+pub const RISING_FRAMES: u8 = 30;
 /// Amplitude change per frame: at most half a degree on a deviation of 64 degrees.
 pub const AMPLITUDE_STEP_UNITS: u16 = Amplitude::UNITS_PER_ONE / 128;
 /// Speed change per frame: half a second from the gait's own speed to a stand.

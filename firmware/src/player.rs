@@ -8,7 +8,7 @@
 use protocol::gait::{Encoded, Product, scaled_phase_step};
 use protocol::{Amplitude, Angle, JOINT_COUNT, Joint, Speed};
 
-use crate::limits::{AMPLITUDE_STEP_UNITS, ENTRY_STEP_UNITS, HOLD_FRAMES, SPEED_STEP_UNITS};
+use crate::limits::{AMPLITUDE_STEP_UNITS, ENTRY_STEP_UNITS, HOLD_FRAMES, RISING_FRAMES, SPEED_STEP_UNITS};
 use crate::upload::Upload;
 
 /// What the player is about.
@@ -16,7 +16,7 @@ use crate::upload::Upload;
 pub enum Mode {
     /// Servos off.
     Limp,
-    /// On the way to the first pose.
+    /// Getting up, or on the way to the first pose.
     Entering,
     /// In the gait, or in the stream.
     Walking,
@@ -61,6 +61,8 @@ pub struct Player {
     mode: Mode,
     /// Whether setpoints come from the host.
     streams: bool,
+    /// Frames still to stand on the gait's centre before going to its first pose.
+    rising_frames: u8,
     pose: [Angle; JOINT_COUNT],
     phase_q32: u32,
     phase_step_q32: u32,
@@ -85,6 +87,7 @@ impl Player {
         Self {
             mode: Mode::Limp,
             streams: false,
+            rising_frames: 0,
             pose: [Angle::NEUTRAL; JOINT_COUNT],
             phase_q32: 0,
             phase_step_q32: 0,
@@ -139,9 +142,11 @@ impl Player {
         Amplitude::from_units(self.amplitude_units).unwrap_or(Amplitude::MIN)
     }
 
-    /// Enters `gait` from wherever the robot stands, then plays it.
+    /// Stands on the centre of `gait` for a moment, from wherever the robot stood
+    /// or lay; then enters and plays it.
     pub fn walk(&mut self, gait: &Encoded, amplitude: Amplitude, frames: Option<u32>) {
         self.streams = false;
+        self.rising_frames = RISING_FRAMES;
         self.frames_left = frames.unwrap_or(u32::MAX);
         (self.speed_units, self.speed_target) = (Speed::UNITS_PER_ONE, Speed::UNITS_PER_ONE);
         self.enter(gait, amplitude);
@@ -150,6 +155,7 @@ impl Player {
     /// Waits for the first setpoint, goes there, then takes one a frame.
     pub const fn stream(&mut self) {
         self.streams = true;
+        self.rising_frames = 0;
         self.frames_left = u32::MAX;
         self.phase_q32 = 0;
         self.mode = Mode::Entering;
@@ -228,12 +234,13 @@ impl Player {
         Frame { servos_on: true, gait: false, clipped: false, phase: (self.phase_q32 >> 16) as u16 }
     }
 
-    /// One step towards where the mode leads.
+    /// One step towards where the mode leads. A stance of the gait on few legs
+    /// would not get up a robot that lies: its centre does, which is on all.
     fn approach<P: Product>(&mut self, gait: &Encoded, stream: &Upload) -> (Frame, Outcome) {
         let amplitude = self.amplitude();
         let mut arrived = true;
         for joint in Joint::ALL {
-            let target = if self.mode == Mode::Stopping {
+            let target = if self.mode == Mode::Stopping || self.rising_frames > 0 {
                 gait.centre(joint)
             } else if self.streams {
                 stream.next_setpoint(joint.index())
@@ -248,6 +255,8 @@ impl Player {
         if arrived {
             if self.mode == Mode::Stopping {
                 self.mode = Mode::Holding(HOLD_FRAMES);
+            } else if self.rising_frames > 0 {
+                self.rising_frames -= 1;
             } else if self.frames_left == 0 {
                 self.mode = Mode::Stopping;
                 outcome = Outcome::Finished;

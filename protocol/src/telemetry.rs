@@ -26,7 +26,7 @@ pub enum State {
     Booting,
     /// Servos limp.
     Idle,
-    /// Moving slowly to the gait's first pose.
+    /// Moving slowly to the first pose, then standing on it until the gait begins.
     Entering,
     /// Playing the gait, or setpoints from the host.
     Walking,

@@ -42,7 +42,7 @@ const LIMITS: [&str; 5] = [
 /// today. The README says the same; whoever meets a bar takes its line away.
 const MISSED: [(&str, f64); 2] = [
     // In trials as short as these, which are not a whole number of beats.
-    ("energy_error_percent", 5.0),
+    ("energy_error_percent", 6.0),
     ("energy_in_step_error_percent", 30.0),
 ];
 

@@ -105,6 +105,44 @@ fn entry_starts_at_neutral_and_never_exceeds_the_speed_bound() {
     assert!(error_counts(&gait, 3.0, 0, pulses.last().unwrap()) <= 0.6);
 }
 
+/// The most frames that stand in one place.
+fn longest_stand(pulses: &[Pulses]) -> usize {
+    pulses.chunk_by(|a, b| a == b).map(<[_]>::len).max().unwrap_or(0)
+}
+
+#[test]
+fn a_walk_stands_on_its_gaits_centre_for_half_a_second_then_goes_to_the_first_pose() {
+    let gait = fixtures::medley();
+    let mut robot = SimRobot::new();
+    robot.upload(&gait, amplitude(2.2), false);
+
+    robot.expect_done(WALK);
+    robot.run_until(State::Walking);
+    robot.run_frames(1);
+
+    let pulses: Vec<Pulses> = robot.take_pulses().into_iter().filter(servos_on).collect();
+    let stand = longest_stand(&pulses);
+    assert!((30..=32).contains(&stand), "{stand} frames");
+    let standing = pulses.chunk_by(|a, b| a == b).find(|chunk| chunk.len() == stand).unwrap()[0];
+    assert!(error_from(&gait.centre_deg, &standing) <= 0.6);
+    assert!(largest_step(&pulses) <= SLOW_STEP_COUNTS, "{} counts", largest_step(&pulses));
+    assert!(error_counts(&gait, 2.2, 0, pulses.last().unwrap()) <= 0.6);
+}
+
+#[test]
+fn a_gait_that_takes_over_in_mid_stride_does_not_stand_on_its_centre_first() {
+    let gait = fixtures::medley();
+    let mut robot = SimRobot::playing(&fixtures::trot(), amplitude(1.0));
+    robot.run_frames(40);
+    robot.take_pulses();
+
+    robot.upload(&gait, amplitude(1.0), false);
+    assert_eq!(robot.state(), State::Entering);
+    robot.run_until(State::Walking);
+
+    assert!(longest_stand(&robot.take_pulses()) <= 3);
+}
+
 #[test]
 fn amplitude_slides_while_walking_and_arrives() {
     let gait = fixtures::trot();

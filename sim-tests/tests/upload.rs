@@ -168,11 +168,13 @@ fn a_power_cut_at_any_moment_of_a_save_leaves_the_old_or_the_new_gait_whole() {
 
 #[test]
 fn saving_goes_on_while_walking_and_moves_no_pulse() {
-    let mut undisturbed = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
-    let mut robot = SimRobot::new();
-    robot.upload(&fixtures::trot(), amplitude(2.2), true);
-    robot.expect_done(Command::Walk { amplitude: None, frames: None, detached: true, dry_run: false });
-    robot.run_until(State::Walking);
+    let walk = |saves: bool| {
+        let mut robot = SimRobot::playing(&fixtures::trot(), amplitude(2.2));
+        robot.upload(&fixtures::trot(), amplitude(2.2), saves);
+        robot.run_until(State::Walking);
+        robot
+    };
+    let (mut undisturbed, mut robot) = (walk(false), walk(true));
     assert_eq!(robot.status().storage, Storage::Saving);
 
     let (with, without) = (robot.pulses_over(80), undisturbed.pulses_over(80));

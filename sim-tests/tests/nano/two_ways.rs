@@ -15,6 +15,10 @@ use sim_tests::virtual_robot::{SHUNT_OHM, VirtualRobot};
 
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
+/// As long as it takes a person to ask for a walk, or longer than it takes to lie down.
+const LIMP_S: f64 = 3.0;
+/// Where the torso of a robot that lies on its belly is.
+const LYING_M: f64 = 0.05;
 
 /// Speed and cost of transport.
 type Result2 = [f64; 2];
@@ -40,7 +44,9 @@ fn direct(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
 fn through_the_firmware(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
     let mut robot = VirtualRobot::new(&image(), ant, Some(seed)).unwrap();
     let mut client = Client::new();
-    client.run_for(&mut robot, 0.3).unwrap();
+    client.run_for(&mut robot, LIMP_S).unwrap();
+    let lying = *robot.take_truth().last().expect("a body");
+    assert!(lying.z_m < LYING_M, "limp for {LIMP_S} s, its torso is at {} m", lying.z_m);
     let (table, amplitude) = (gait.table().unwrap(), fixtures::amplitude(*amplitude));
     client.upload(&mut robot, &table, amplitude, false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();

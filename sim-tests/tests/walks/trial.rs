@@ -172,8 +172,10 @@ fn a_walk_asked_for_during_the_save_is_walked_and_then_kept_itself() {
 #[test]
 fn it_waits_for_a_gait_that_is_being_saved_and_its_reader_is_told_to_wait() {
     let mut robot = SimRobot::new();
-    robot.upload(&fixtures::trot(), amplitude(1.0), true);
+    robot.upload(&fixtures::trot(), amplitude(1.0), false);
     robot.expect_done(walk_for(1));
+    robot.run_frames(30);
+    robot.upload(&fixtures::trot(), amplitude(1.0), true);
     robot.run_until(State::Holding);
     robot.run_frames(3);
 
