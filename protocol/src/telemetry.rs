@@ -26,7 +26,7 @@ pub enum State {
     Booting,
     /// Servos limp.
     Idle,
-    /// Moving slowly to the first pose, then standing on it until the gait begins.
+    /// Getting up on the gait's centre, then moving slowly to its first pose.
     Entering,
     /// Playing the gait, or setpoints from the host.
     Walking,
