@@ -54,7 +54,7 @@ fn a_study_on_virtual_robots_and_on_a_port_comes_to_what_the_twin_says() {
 
     // One start each, and not the same: as near as that allows.
     for through_firmware in [&virtual_robot, &port] {
-        for (name, tolerance) in [("speed_m_s", 0.12), ("cost_of_transport", 0.2)] {
+        for (name, tolerance) in [("speed_m_s", 0.03), ("cost_of_transport", 0.04)] {
             let (there, here) = (figure(through_firmware, name), figure(&twin, name));
             assert!((there / here - 1.0).abs() < tolerance, "{name}: {there} for {here}");
         }

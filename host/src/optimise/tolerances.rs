@@ -82,8 +82,12 @@ impl Tolerances {
         let mut drawn =
             Robots::like(robot, self.robot).map_or_else(|| robot.clone(), |robots| robots.drawn(seed));
         drawn.servo.stiffness_n_m_rad *= 1.0 + either_way(self.stiffness_share);
-        drawn.servo.damping_n_m_s_rad *= 1.0 + either_way(self.damping_share);
-        for name in ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad"] {
+        let damping = 1.0 + either_way(self.damping_share);
+        drawn.servo.damping_n_m_s_rad *= damping;
+        drawn.servo.backdriven_damping_n_m_s_rad *= damping;
+        for name in
+            ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad", "servo.backdriven_damping_n_m_s_rad"]
+        {
             keep_bounds(&mut drawn, name);
         }
         Draw {
@@ -135,7 +139,9 @@ mod tests {
     #[test]
     fn a_robot_at_the_end_of_what_may_be_said_is_drawn_all_the_same() {
         let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-        for name in ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad"] {
+        for name in
+            ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad", "servo.backdriven_damping_n_m_s_rad"]
+        {
             let field = Field::named(name).expect("a field");
             let (_, max) = field.bounds(&robot);
             (field.set)(&mut robot, max);

@@ -50,8 +50,9 @@ pub struct Mass {
 ///
 /// `torque = clamp(stiffness * error, limit) - damping * speed`, with the
 /// setpoint slewed at the no-load speed, and `error` what of `setpoint - angle`
-/// lies outside the dead band. The damping is the motor's torque-speed line;
-/// dry friction then takes its part of that torque.
+/// lies outside the dead band. The damping is the motor's torque-speed line, or
+/// the gears' resistance where the load drives them; dry friction then takes its
+/// part of that torque.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
@@ -63,6 +64,10 @@ pub struct Servo {
     pub no_load_speed_rad_s: f64,
     /// Most that its motor pulls.
     pub torque_limit_n_m: f64,
+    /// The same where the load turns it against its motor, or while its motor
+    /// rests, if that is more: reduction gears are harder to turn from outside.
+    #[serde(default)]
+    pub backdriven_damping_n_m_s_rad: f64,
     /// Dry friction of its gears.
     #[serde(default)]
     pub friction_n_m: f64,
@@ -86,6 +91,17 @@ impl Servo {
     #[must_use]
     pub fn top_speed_rad_s(&self) -> f64 {
         self.no_load_speed_rad_s.min(self.torque_limit_n_m / self.damping_n_m_s_rad.max(1e-9))
+    }
+
+    /// Torque against each rad/s of a joint that turns at `speed_rad_s` while its
+    /// motor pulls with `pull_n_m`, or does not.
+    #[must_use]
+    pub fn damping_at(&self, pull_n_m: f64, speed_rad_s: f64) -> f64 {
+        if pull_n_m * speed_rad_s > 0.0 {
+            self.damping_n_m_s_rad
+        } else {
+            self.damping_n_m_s_rad.max(self.backdriven_damping_n_m_s_rad)
+        }
     }
 }
 

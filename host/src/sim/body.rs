@@ -174,7 +174,17 @@ impl Body {
         body
     }
 
-    /// Sets joint angles and the damping of servos, and settles all poses.
+    /// Sets what resists the joints' speed until it is set again.
+    pub fn set_damping(&mut self, of_joints_n_m_s_rad: &[f64; 8]) {
+        let Some(multibody) = self.physics.multibody_joints.get_multibody_mut(self.multibody) else { return };
+        // After the torso's own, of which it has six, or none where it is held.
+        let first = multibody.damping().len().saturating_sub(8);
+        for (damping, &wanted) in multibody.damping_mut().iter_mut().skip(first).zip(of_joints_n_m_s_rad) {
+            *damping = real(wanted);
+        }
+    }
+
+    /// Sets joint angles and the dry friction of servos, and settles all poses.
     fn pose(&mut self, servo: &Servo, start: &Pose0) {
         let PhysicsWorld { multibody_joints, bodies, colliders, .. } = &mut self.physics;
         // Else the centres of mass are known from the second step on only.
@@ -184,9 +194,7 @@ impl Body {
         let Some(multibody) = multibody_joints.get_multibody_mut(self.multibody) else { return };
         multibody.set_self_contacts_enabled(false);
         // Rapier damps every rotation by 0.1, that of the whole robot included.
-        let damping = multibody.damping_mut();
-        damping.fill(0.0);
-        damping.rows_mut(6, 8).fill(real(servo.damping_n_m_s_rad));
+        multibody.damping_mut().fill(0.0);
         if servo.friction_n_m > 0.0 {
             multibody.frictions_mut().rows_mut(6, 8).fill(real(servo.friction_n_m));
         }

@@ -12,6 +12,10 @@ const END_STOP_N_M_RAD: f64 = 20.0;
 /// The same for strong servos, a multiple of their torque: they push no more than two degrees in.
 const END_STOP_PER_TORQUE_RAD: f64 = 30.0;
 
+/// A joint's speed counts as one way or the other over this time: contacts
+/// tremble from step to step, and gears do not notice.
+const WAY_S: f64 = 0.02;
+
 /// Eight servos.
 pub struct Servos {
     /// Where each servo's own setpoint has got to.
@@ -23,6 +27,8 @@ pub struct Servos {
     stops_n_m_rad: [f64; 8],
     /// Of each servo with what it is mounted in.
     stiffness_n_m_rad: [f64; 8],
+    /// Which way each joint has turned of late: its speed, smoothed over [`WAY_S`].
+    ways_rad_s: [f64; 8],
     step_s: f64,
 }
 
@@ -40,6 +46,7 @@ impl Servos {
                 own / (1.0 + own * twist)
             }),
             stops_n_m_rad: stop_stiffness_n_m_rad(limbs, &robot.servo, step_s),
+            ways_rad_s: [0.0; 8],
             step_s,
         }
     }
@@ -54,6 +61,21 @@ impl Servos {
         self.waiting.push_back(*asked_rad);
         // Never empty: one was pushed.
         self.waiting.pop_front().unwrap_or(*asked_rad)
+    }
+
+    /// What resists each joint's speed in the coming step.
+    pub fn dampings_n_m_s_rad(
+        &mut self,
+        servo: &Servo,
+        pulls_n_m: &[f64; 8],
+        speeds_rad_s: &[f64; 8],
+    ) -> [f64; 8] {
+        let share = self.step_s / (WAY_S + self.step_s);
+        core::array::from_fn(|j| {
+            let way_rad_s = &mut self.ways_rad_s[j];
+            *way_rad_s += share * (speeds_rad_s[j] - *way_rad_s);
+            servo.damping_at(pulls_n_m[j], *way_rad_s)
+        })
     }
 
     /// One servo's law: where its setpoint goes and how hard it pulls.

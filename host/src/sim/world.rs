@@ -142,9 +142,12 @@ impl World {
             let angle_rad = self.joint_angles_rad[j];
             self.servos.pull_n_m(&self.robot.servo, j, setpoints_rad[j], angle_rad, self.voltage_share)
         });
+        let speeds_before_rad_s = self.joint_speeds_rad_s;
+        let dampings_n_m_s_rad =
+            self.servos.dampings_n_m_s_rad(&self.robot.servo, &torques_n_m, &speeds_before_rad_s);
+        self.body.set_damping(&dampings_n_m_s_rad);
         self.apply(&torques_n_m);
         self.body.physics.step();
-        let speeds_before_rad_s = self.joint_speeds_rad_s;
         self.read_joints();
 
         let mut outcome = StepOutcome::default();
@@ -155,7 +158,7 @@ impl World {
                 continue;
             }
             // Damping is implicit: it acts at the speed after the step.
-            let torque_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
+            let torque_n_m = pull_n_m - dampings_n_m_s_rad[j] * self.joint_speeds_rad_s[j];
             let speed_rad_s = 0.5 * (speeds_before_rad_s[j] + self.joint_speeds_rad_s[j]);
             let horn_w = torque_n_m * speed_rad_s;
             let pulled = pull_n_m.abs() / self.robot.servo.torque_limit_n_m;
@@ -288,6 +291,8 @@ impl World {
 
 #[cfg(test)]
 mod books;
+#[cfg(test)]
+mod gears;
 #[cfg(test)]
 mod pendulum;
 #[cfg(test)]

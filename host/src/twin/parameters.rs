@@ -42,10 +42,11 @@ macro_rules! field {
 }
 
 /// All of them.
-pub const PARAMETERS: [Parameter; 15] = [
+pub const PARAMETERS: [Parameter; 16] = [
     field!("ground.friction", 0.3 to 0.9 from 0.4, true, ground.friction),
     field!("servo.stiffness_n_m_rad", 1.0 to 12.0 from 4.0, true, servo.stiffness_n_m_rad),
     field!("servo.damping_n_m_s_rad", 0.02 to 1.0 from 0.4, true, servo.damping_n_m_s_rad),
+    field!("servo.backdriven_damping_n_m_s_rad", 0.0 to 8.0 from 1.0, false, servo.backdriven_damping_n_m_s_rad),
     field!("servo.no_load_speed_rad_s", 1.0 to 6.0 from 2.5, true, servo.no_load_speed_rad_s),
     field!("servo.torque_limit_n_m", 0.3 to 1.2 from 1.0, true, servo.torque_limit_n_m),
     field!("servo.friction_n_m", 0.0 to 0.15 from 0.01, false, servo.friction_n_m),

@@ -87,7 +87,8 @@ fn a_limp_robot_in_the_air_keeps_its_energy() {
 }
 
 fn keeps_its_energy(mut robot: Robot) {
-    (robot.servo.damping_n_m_s_rad, robot.servo.friction_n_m) = (0.0, 0.0);
+    let servo = &mut robot.servo;
+    (servo.damping_n_m_s_rad, servo.backdriven_damping_n_m_s_rad, servo.friction_n_m) = (0.0, 0.0, 0.0);
     // Strong servos without damping would shake light legs by themselves.
     robot.servo.stiffness_n_m_rad = robot.servo.stiffness_n_m_rad.min(2.5);
     let mut world = World::new(&robot);

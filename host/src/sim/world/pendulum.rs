@@ -5,7 +5,8 @@ use super::*;
 /// The Ant with servos that do not brake.
 fn limp_ant() -> Robot {
     let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-    (robot.servo.damping_n_m_s_rad, robot.servo.friction_n_m) = (0.0, 0.0);
+    let servo = &mut robot.servo;
+    (servo.damping_n_m_s_rad, servo.backdriven_damping_n_m_s_rad, servo.friction_n_m) = (0.0, 0.0, 0.0);
     robot.servo.end_stop_deg = 180.0;
     robot
 }
