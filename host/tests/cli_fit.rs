@@ -100,7 +100,7 @@ fn the_table_has_both_seams_within_100_columns() {
     assert!(text.contains("seam continuous") && text.contains("seam free, not in the gait"), "{text}");
 }
 
-/// A sine of 0.6 in 0.3 s: 0.6 * 24 * 2 pi / 0.3 = 302 degrees/s at 1.0x, of 176.
+/// A sine of 0.6 in 0.3 s: 0.6 * 24 * 2 pi / 0.3 = 302 degrees/s at 1.0x, of 175.
 #[test]
 fn a_gait_that_servos_cannot_follow_is_refused_with_the_joint_and_the_next_moves() {
     let desk = Desk::new();
@@ -116,7 +116,7 @@ fn a_gait_that_servos_cannot_follow_is_refused_with_the_joint_and_the_next_moves
         "{message}"
     );
     for part in
-        ["the servos of Ant do 176", "--time-stretch 1.", "--lag, and play it at 0.5", "--robot FOLDER"]
+        ["the servos of Ant do 175", "--time-stretch 1.", "--lag, and play it at 0.5", "--robot FOLDER"]
     {
         assert!(message.contains(part), "{part}: {message}");
     }
@@ -156,7 +156,7 @@ fn a_jump_at_a_free_seam_is_warned_of_and_not_refused() {
 
     let warnings = result["warnings"].to_string();
     assert!(warnings.contains("hip1: strides meet with a step of -9.5 degrees"), "{warnings}");
-    assert!(warnings.contains("takes 3.2 frames; --seam continuous joins them"), "{warnings}");
+    assert!(warnings.contains("takes 3.3 frames; --seam continuous joins them"), "{warnings}");
 }
 
 #[test]
@@ -309,7 +309,7 @@ fn a_list_of_columns_may_begin_with_a_skipped_one() {
     assert_eq!(result["rows"], serde_json::json!([0, 60]));
 }
 
-/// The curve is asked for 121 degrees/s at 1.0x, of 176: 1.45x is all that servos follow.
+/// The curve is asked for 121 degrees/s at 1.0x, of 175: 1.45x is all that servos follow.
 #[test]
 fn the_next_command_asks_for_no_more_than_the_servos_follow_and_the_policys_period_is_named() {
     let desk = Desk::new();

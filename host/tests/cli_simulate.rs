@@ -190,7 +190,7 @@ fn what_is_clipped_and_too_fast_is_warned_of() {
     let warnings = result["warnings"].to_string();
     assert!(result["clipped_share"].as_f64().unwrap() > 0.05, "{result:#}");
     assert!(warnings.contains("held at their limits"), "{warnings}");
-    assert!(warnings.contains("its servo does 176"), "{warnings}");
+    assert!(warnings.contains("its servo does 175"), "{warnings}");
 }
 
 #[test]

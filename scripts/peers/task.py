@@ -54,10 +54,7 @@ class Task:
         self.foot_radius_m = geometry["foot_radius_m"]
         self.foot_m = SHIN_TIP_M - self.foot_radius_m
         self.slope_rad = np.radians(geometry["shin_below_horizontal_deg"])
-        # A hip twists under load as if its servo were softer (host/src/sim/servos.rs).
-        knee = servo["stiffness_n_m_rad"]
-        hip = knee / (1.0 + knee * geometry["hip_twist_rad_per_n_m"])
-        self.stiffness_n_m_rad = np.array([hip] * 4 + [knee] * 4)
+        self.stiffness_n_m_rad = servo["stiffness_n_m_rad"]
 
     def standing_height_m(self, angles):
         """Of the level torso over its lowest foot."""

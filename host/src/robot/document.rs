@@ -31,7 +31,6 @@ struct GeometryDocument {
     leg_scale: Option<f64>,
     shin_below_horizontal_deg: Option<f64>,
     foot_radius_m: Option<f64>,
-    hip_twist_rad_per_n_m: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
@@ -84,7 +83,6 @@ fn draw(model: &Model, text: String, said: &GeometryDocument) -> Result<(Drawn, 
         leg_scale: said.leg_scale.unwrap_or(1.0),
         shin_below_horizontal_deg: slope,
         foot_radius_m,
-        hip_twist_rad_per_n_m: said.hip_twist_rad_per_n_m.unwrap_or(0.0),
     };
     Ok((drawn, geometry))
 }

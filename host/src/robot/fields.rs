@@ -39,12 +39,11 @@ macro_rules! field {
 }
 
 /// All of them.
-pub const FIELDS: [Field; 23] = [
+pub const FIELDS: [Field; 22] = [
     field!("joint_limit_deg", 1.0 to 90.0, joint_limit_deg),
     field!("geometry.leg_scale", Bounds::Between(LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1), geometry.leg_scale),
     field!("geometry.shin_below_horizontal_deg", 0.0 to 90.0, geometry.shin_below_horizontal_deg),
     field!("geometry.foot_radius_m", Bounds::Foot, geometry.foot_radius_m),
-    field!("geometry.hip_twist_rad_per_n_m", 0.0 to 5.0, geometry.hip_twist_rad_per_n_m),
     field!("mass.torso_kg", 0.01 to 20.0, mass.torso_kg),
     field!("servo.stiffness_n_m_rad", 0.0 to 200.0, servo.stiffness_n_m_rad),
     field!("servo.damping_n_m_s_rad", 0.0 to 20.0, servo.damping_n_m_s_rad),

@@ -23,7 +23,7 @@ pub struct Model {
     pub scaled: Vec<String>,
 }
 
-/// Lengths and angles that differ from what the model's file draws, and how far it gives way.
+/// Lengths and angles that differ from what the model's file draws.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Geometry {
     /// Multiplies the limbs of [`Model::scaled`]; 1 is as drawn.
@@ -33,9 +33,6 @@ pub struct Geometry {
     pub shin_below_horizontal_deg: f64,
     /// Of the feet's balls. Their tips remain where the drawn ones are.
     pub foot_radius_m: f64,
-    /// How far a hip's bracket and the leg beyond it twist under the hip's
-    /// torque: in series with the servo's own stiffness.
-    pub hip_twist_rad_per_n_m: f64,
 }
 
 /// Masses that differ from the model's file.

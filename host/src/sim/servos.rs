@@ -25,8 +25,6 @@ pub struct Servos {
     /// How far each joint turns, and the torque per radian beyond.
     stops_rad: [[f64; 2]; 8],
     stops_n_m_rad: [f64; 8],
-    /// Of each servo with what it is mounted in.
-    stiffness_n_m_rad: [f64; 8],
     /// Which way each joint has turned of late: its speed, smoothed over [`WAY_S`].
     ways_rad_s: [f64; 8],
     step_s: f64,
@@ -40,11 +38,6 @@ impl Servos {
             setpoints_rad: *angles_rad,
             waiting: VecDeque::from(vec![angles_rad.map(Some); delay_steps]),
             stops_rad: limbs.stops_rad(robot),
-            stiffness_n_m_rad: core::array::from_fn(|j| {
-                let own = robot.servo.stiffness_n_m_rad;
-                let twist = if j < 4 { robot.geometry.hip_twist_rad_per_n_m } else { 0.0 };
-                own / (1.0 + own * twist)
-            }),
             stops_n_m_rad: stop_stiffness_n_m_rad(limbs, &robot.servo, step_s),
             ways_rad_s: [0.0; 8],
             step_s,
@@ -105,7 +98,7 @@ impl Servos {
                 let (error_rad, dead_rad) = (*setpoint - angle_rad, servo.dead_band_deg.to_radians());
                 let outside_rad = error_rad - error_rad.clamp(-dead_rad, dead_rad);
                 // A bridge's voltage, and so the torque, goes with the supply's.
-                voltage_share * (self.stiffness_n_m_rad[j] * outside_rad).clamp(-limit_n_m, limit_n_m)
+                voltage_share * (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
         let [low_rad, high_rad] = self.stops_rad[j];

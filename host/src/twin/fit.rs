@@ -13,11 +13,15 @@ use super::parameters::{Parameter, record};
 use super::plan::Budget;
 use crate::robot::Robot;
 use cmaes::{CMAESOptions, DVector};
+use rayon::prelude::*;
 
 /// Fewer conditions than this say too little about so many parameters.
 const LEAST_CONDITIONS: usize = 3;
 /// A search needs a few generations.
 const LEAST_EVALUATIONS: u64 = 20;
+
+/// Random sets that are judged before the next word of progress.
+const AT_ONCE: usize = 8;
 
 /// How far a search has come.
 #[derive(Debug)]
@@ -63,6 +67,23 @@ impl Search<'_> {
         self.stopped |= !(self.progress)(&progress);
         self.best = Some(best);
         !self.stopped
+    }
+
+    /// Where to descend from: the set that is sure, then random ones, the best first.
+    fn begins(&mut self, budget: &Budget, start: &Robot, parameters: &[Parameter]) -> Vec<Vec<f64>> {
+        let mut random: Vec<(f64, Vec<f64>)> = Vec::new();
+        for some in budget.random(parameters).chunks(AT_ONCE) {
+            let verdicts: Vec<Verdict> = some.par_iter().map(|shares| self.objective.judge(shares)).collect();
+            for (shares, verdict) in some.iter().zip(verdicts) {
+                if !self.offer(shares, &verdict) {
+                    return Vec::new();
+                }
+                random.push((verdict.score, shares.clone()));
+            }
+        }
+        random.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let first = budget.first(start, parameters);
+        core::iter::once(first).chain(random.into_iter().map(|(_, shares)| shares)).collect()
     }
 
     fn descend(&mut self, from: &[f64], until: u64) {
@@ -129,9 +150,10 @@ pub fn fit(
     }
     let mut search =
         Search { objective: &objective, shares: Vec::new(), best: None, progress, stopped: false };
-    for (from, until) in budget.descents(start, parameters) {
+    let begins = search.begins(budget, start, parameters);
+    for (from, until) in begins.iter().zip(budget.descents(objective.evaluations())) {
         if !search.stopped {
-            search.descend(&from, until);
+            search.descend(from, until);
         }
     }
     if !search.stopped && objective.evaluations() < budget.evaluations {

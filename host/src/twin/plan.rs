@@ -7,17 +7,17 @@ use rand_chacha::ChaCha8Rng;
 
 /// Descents of a search that may begin anywhere.
 const DESCENTS: u64 = 5;
-/// Share of the evaluations that they may take.
+/// Share of the evaluations that go to random sets, of which the best are descended from.
+const FOR_RANDOM: f64 = 0.08;
+/// Share of the evaluations at which the descents end.
 const FOR_DESCENTS: f64 = 0.7;
-/// Random sets begin in this middle part of each range.
-const MIDDLE: (f64, f64) = (0.2, 0.8);
 
 /// Where a search begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Begin {
-    /// Anywhere: a descent from what data sheets say, four more from random
-    /// sets. What the description says of the parameters that are searched
-    /// does not matter.
+    /// Anywhere: a descent from what data sheets say, and more from the best
+    /// of many random sets. What the description says of the parameters that
+    /// are searched does not matter.
     Anywhere,
     /// One descent, from the description's own values.
     Description,
@@ -43,25 +43,32 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Where each descent begins, and how many evaluations the search may have taken at its end.
-    pub fn descents(&self, start: &Robot, parameters: &[Parameter]) -> Vec<(Vec<f64>, u64)> {
-        let shares = |of: &mut dyn FnMut(&Parameter) -> f64| parameters.iter().map(of).collect::<Vec<f64>>();
-        let for_descents = (FOR_DESCENTS * self.evaluations as f64) as u64;
-        match self.begin {
-            Begin::Description => vec![(shares(&mut |p| p.share_of(start)), for_descents)],
-            Begin::Anywhere => {
-                let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-                (0..DESCENTS)
-                    .map(|k| {
-                        let from = if k == 0 {
-                            shares(&mut |p| p.first_share())
-                        } else {
-                            shares(&mut |_| random.random_range(MIDDLE.0..=MIDDLE.1))
-                        };
-                        (from, for_descents * (k + 1) / DESCENTS)
-                    })
-                    .collect()
-            }
-        }
+    /// The set of which a search is sure: what data sheets say, or the description.
+    pub fn first(&self, start: &Robot, parameters: &[Parameter]) -> Vec<f64> {
+        let share_of = |parameter: &Parameter| match self.begin {
+            Begin::Description => parameter.share_of(start),
+            Begin::Anywhere => parameter.first_share(),
+        };
+        parameters.iter().map(share_of).collect()
+    }
+
+    /// Sets from anywhere in the ranges, which tell where else to descend.
+    pub fn random(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
+        let count = match self.begin {
+            Begin::Description => 0,
+            Begin::Anywhere => (FOR_RANDOM * self.evaluations as f64) as usize,
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        (0..count).map(|_| parameters.iter().map(|_| random.random_range(0.0..=1.0)).collect()).collect()
+    }
+
+    /// How many evaluations the search may have taken at the end of each descent.
+    pub fn descents(&self, tried: u64) -> Vec<u64> {
+        let count = match self.begin {
+            Begin::Description => 1,
+            Begin::Anywhere => DESCENTS,
+        };
+        let until = (FOR_DESCENTS * self.evaluations as f64) as u64;
+        (1..=count).map(|k| tried + until.saturating_sub(tried) * k / count).collect()
     }
 }

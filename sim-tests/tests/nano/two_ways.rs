@@ -16,7 +16,7 @@ use sim_tests::virtual_robot::{SHUNT_OHM, VirtualRobot};
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
 /// As long as it takes a person to ask for a walk, or longer than it takes to lie down.
-const LIMP_S: f64 = 3.0;
+const LIMP_S: f64 = 6.0;
 /// Where the torso of a robot that lies on its belly is.
 const LYING_M: f64 = 0.05;
 
