@@ -54,7 +54,7 @@ class Task:
         self.foot_radius_m = geometry["foot_radius_m"]
         self.foot_m = SHIN_TIP_M - self.foot_radius_m
         self.slope_rad = np.radians(geometry["shin_below_horizontal_deg"])
-        self.stiffness_n_m_rad = servo["stiffness_n_m_rad"]
+        self.stiffness_n_m_rad = np.full(ACTION, servo["stiffness_n_m_rad"])
 
     def standing_height_m(self, angles):
         """Of the level torso over its lowest foot."""

@@ -25,6 +25,9 @@ struct Document {
     twin: Option<TwinRecord>,
 }
 
+/// What descriptions once said of a geometry.
+const NO_LONGER: &str = "hip_twist_rad_per_n_m";
+
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GeometryDocument {
@@ -53,8 +56,14 @@ pub fn read(
     let document: Document = toml::from_str(text).map_err(|source| {
         let path = file.to_owned();
         let whole = toml::from_str::<toml::Table>(text);
-        if whole.is_ok_and(|table| table.contains_key("geometry") && !table.contains_key("model")) {
-            return RobotError::OldFile { path };
+        if let Ok(table) = whole {
+            let geometry = table.get("geometry");
+            if geometry.is_some() && !table.contains_key("model") {
+                return RobotError::OldFile { path };
+            }
+            if geometry.is_some_and(|geometry| geometry.get(NO_LONGER).is_some()) {
+                return RobotError::NoLonger { path, name: NO_LONGER };
+            }
         }
         RobotError::Parse { path, source: Box::new(source) }
     })?;

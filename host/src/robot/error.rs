@@ -51,6 +51,17 @@ pub enum RobotError {
         /// What it says.
         value: f64,
     },
+    /// It was written when robots had a number that they no longer have.
+    #[error(
+        "{path} says {name}, of an older release, whose robots were other ones; repeat the run or the \
+         fit, or delete that line"
+    )]
+    NoLonger {
+        /// The file.
+        path: PathBuf,
+        /// What is no longer said.
+        name: &'static str,
+    },
     /// It was written when a robot was one file.
     #[error(
         "{path} has no [model]: it is a robot in one file, of an older release, and a robot is a folder \

@@ -163,11 +163,13 @@ impl World {
             let horn_w = torque_n_m * speed_rad_s;
             let pulled = pull_n_m.abs() / self.robot.servo.torque_limit_n_m;
             outcome.torque_share = outcome.torque_share.max(pulled);
-            let heat_w = power.heat_w_per_n2_m2 * torque_n_m * torque_n_m;
+            // What the gears take does not pass the winding.
+            let motor_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
+            let heat_w = power.heat_w_per_n2_m2 * motor_n_m * motor_n_m;
             outcome.mechanical_power_w += horn_w.max(0.0);
             outcome.returned_power_w += (-horn_w).max(0.0);
             outcome.heat_power_w += heat_w;
-            outcome.holding_power_w += (heat_w + horn_w.min(0.0)).max(0.0);
+            outcome.holding_power_w += (heat_w + (motor_n_m * speed_rad_s).min(0.0)).max(0.0);
         }
         outcome.servo_power_w = outcome.mechanical_power_w / power.efficiency + outcome.holding_power_w;
         let supply = &self.robot.supply;

@@ -75,10 +75,11 @@ impl Search<'_> {
         for some in budget.random(parameters).chunks(AT_ONCE) {
             let verdicts: Vec<Verdict> = some.par_iter().map(|shares| self.objective.judge(shares)).collect();
             for (shares, verdict) in some.iter().zip(verdicts) {
-                if !self.offer(shares, &verdict) {
-                    return Vec::new();
-                }
+                self.offer(shares, &verdict);
                 random.push((verdict.score, shares.clone()));
+            }
+            if self.stopped {
+                break;
             }
         }
         random.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -151,7 +152,7 @@ pub fn fit(
     let mut search =
         Search { objective: &objective, shares: Vec::new(), best: None, progress, stopped: false };
     let begins = search.begins(budget, start, parameters);
-    for (from, until) in begins.iter().zip(budget.descents(objective.evaluations())) {
+    for (from, until) in begins.iter().zip(budget.descents(objective.evaluations(), begins.len())) {
         if !search.stopped {
             search.descend(from, until);
         }

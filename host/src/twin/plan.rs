@@ -15,7 +15,7 @@ const FOR_DESCENTS: f64 = 0.7;
 /// Where a search begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Begin {
-    /// Anywhere: a descent from what data sheets say, and more from the best
+    /// Anywhere: a descent from the parameters' first values, and more from the best
     /// of many random sets. What the description says of the parameters that
     /// are searched does not matter.
     Anywhere,
@@ -43,7 +43,7 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// The set of which a search is sure: what data sheets say, or the description.
+    /// The set of which a search is sure: the parameters' first values, or the description's.
     pub fn first(&self, start: &Robot, parameters: &[Parameter]) -> Vec<f64> {
         let share_of = |parameter: &Parameter| match self.begin {
             Begin::Description => parameter.share_of(start),
@@ -62,12 +62,10 @@ impl Budget {
         (0..count).map(|_| parameters.iter().map(|_| random.random_range(0.0..=1.0)).collect()).collect()
     }
 
-    /// How many evaluations the search may have taken at the end of each descent.
-    pub fn descents(&self, tried: u64) -> Vec<u64> {
-        let count = match self.begin {
-            Begin::Description => 1,
-            Begin::Anywhere => DESCENTS,
-        };
+    /// How many evaluations the search may have taken at the end of each descent, of which there
+    /// are no more than places to begin at.
+    pub fn descents(&self, tried: u64, begins: usize) -> Vec<u64> {
+        let count = DESCENTS.min(begins as u64);
         let until = (FOR_DESCENTS * self.evaluations as f64) as u64;
         (1..=count).map(|k| tried + until.saturating_sub(tried) * k / count).collect()
     }

@@ -89,6 +89,13 @@ fn a_robot_in_one_file_of_an_older_release_is_told_apart() {
 }
 
 #[test]
+fn a_number_that_robots_no_longer_have_is_told_with_the_next_move() {
+    let text = changed(DESCRIPTION, "leg_scale = ", "hip_twist_rad_per_n_m = 0.06\nleg_scale = ");
+
+    says(&text, &[DESCRIPTION, "hip_twist_rad_per_n_m", "older release", "repeat the run"]);
+}
+
+#[test]
 fn a_model_outside_the_folder_or_of_another_kind_is_refused() {
     for name in ["../ant.xml", "/ant.xml", "ant.sdf", "ant"] {
         let text = changed(DESCRIPTION, "\"ant.xml\"", &format!("{name:?}"));

@@ -67,3 +67,25 @@ fn the_load_turns_a_pulling_joint_against_the_gears_and_a_lesser_number_than_the
     servo.backdriven_damping_n_m_s_rad = 0.0;
     assert_eq!(servo.damping_at(0.1, -1.0), 0.25);
 }
+
+/// A fall on the feet turns knees fast and against hard gears, whose resistance no winding feels.
+#[test]
+fn what_the_gears_take_heats_no_winding() {
+    let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    robot.power.heat_w_per_n2_m2 = 1.0;
+    robot.servo.backdriven_damping_n_m_s_rad = 8.0;
+    let mut world = World::new(&robot);
+    world.reset(&[0.0; 8], &Start { drop_m: 0.3, ..Start::default() });
+    let servo = &robot.servo;
+
+    let mut most_w = 0.0_f64;
+    for _ in 0..240 {
+        let outcome = world.step(&[Some(0.0); 8]);
+        let fastest_rad_s = world.joint_speeds_rad_s().into_iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let motor_n_m = servo.torque_limit_n_m + servo.damping_n_m_s_rad * fastest_rad_s;
+        assert!(outcome.heat_power_w <= 8.0 * motor_n_m * motor_n_m, "{} W", outcome.heat_power_w);
+        most_w = most_w.max(outcome.heat_power_w);
+    }
+
+    assert!(most_w > 0.01, "{most_w} W: nothing turned them");
+}
