@@ -6,7 +6,7 @@ Check the fit of a trajectory, in units of action; here the authors' loop:
     scripts/fit-reference.py --host target/debug/host ant-trajectory.csv \
         --rows 973..1000 --map host/configs/authors-map.toml
 
-Without a trajectory, writes host/src/fit/reference.json: a synthetic one, and
+Without a trajectory, writes host/src/gait/fit/reference.json: a synthetic one, and
 scikit-learn's curve through it, which a test holds the fit to without Python.
 
 Needs `pip install scikit-learn numpy`, Python 3.11. Time runs from 0 at the
@@ -36,7 +36,7 @@ from sklearn.preprocessing import PolynomialFeatures
 
 DEGREE = 10
 JOINTS = [f"hip{leg}" for leg in range(1, 5)] + [f"knee{leg}" for leg in range(1, 5)]
-REFERENCE = pathlib.Path(__file__).parent.parent / "host/src/fit/reference.json"
+REFERENCE = pathlib.Path(__file__).parent.parent / "host/src/gait/fit/reference.json"
 TOLERANCE = 1e-6
 HAS_TOL = "tol" in inspect.signature(LinearRegression).parameters
 LEAST_SQUARES = {"tol": 1e-14} if HAS_TOL else {}

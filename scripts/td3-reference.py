@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes host/src/td3/agent/reference.json: what PyTorch makes of two TD3 updates.
+"""Writes host/src/learn/td3/agent/reference.json: what PyTorch makes of two TD3 updates.
 
 Independent of the Rust code: nn.Linear, autograd and torch.optim.Adam, in double
 precision, after Fujimoto et al. (2018), algorithm 1. Update 1 moves the critics
@@ -134,7 +134,7 @@ def main():
         else [shorten(v) for v in x] if isinstance(x, list)
         else float(f"{x:.10g}") if isinstance(x, float) else x
     )
-    path = pathlib.Path(__file__).resolve().parent.parent / "host/src/td3/agent/reference.json"
+    path = pathlib.Path(__file__).resolve().parent.parent / "host/src/learn/td3/agent/reference.json"
     path.write_text(json.dumps(shorten(document), separators=(",", ":")).replace('"updates"', '\n"updates"').replace(',"after"', ',\n"after"') + "\n")
     print(path)
 

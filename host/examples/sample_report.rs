@@ -4,16 +4,16 @@
 //! for it: it shows how a report looks, and is what `scripts/check` looks at in
 //! a browser.
 
-use host::curves::{RunCurves, SeedCurve};
 use host::experiment::method::Method;
 use host::experiment::study::{Claim, GaitNote, LearnedStride, LegStudy, Parameter, Study, Venue};
 use host::experiment::summary::{Planned, best, conditions};
 use host::experiment::trial::{Place, Raw, Trial, mark_reversed};
 use host::experiment::{figures, paper, report};
+use host::gait::stride::Sample;
+use host::learn::curves::{RunCurves, SeedCurve};
+use host::learn::td3::curve::CurvePoint;
 use host::robot::Robot;
 use host::run_folder;
-use host::stride::Sample;
-use host::td3::curve::CurvePoint;
 use miette::IntoDiagnostic as _;
 use std::f64::consts::TAU;
 use std::path::PathBuf;

@@ -6,7 +6,6 @@
 //! their limits. Moves nothing; `host calibrate` does.
 
 mod document;
-pub mod transfer;
 
 pub use document::CalibrationFileError;
 

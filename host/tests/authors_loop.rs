@@ -3,10 +3,10 @@
 //! Their data are not ours to publish: where they are absent, a synthetic loop
 //! stands in, and the test says so.
 
-use host::fit::{self, Scale, Seam};
-use host::gait_file::{GaitFile, Provenance, Source};
-use host::joint_map::JointMap;
-use host::trajectory::Trajectory;
+use host::gait::fit::{self, Scale, Seam};
+use host::gait::gait_file::{GaitFile, Provenance, Source};
+use host::gait::joint_map::JointMap;
+use host::gait::trajectory::Trajectory;
 use protocol::Joint;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -411,6 +411,6 @@ fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
         .success()
         .stdout(contains("Next: cargo run -p host -- upload-gait --amp 2.2 --gait short.toml"));
 
-    let gait = host::gait_file::GaitFile::load(&desk.path("short.toml")).unwrap();
+    let gait = host::gait::gait_file::GaitFile::load(&desk.path("short.toml")).unwrap();
     assert_eq!(gait.provenance.leg_scale, Some(0.6));
 }

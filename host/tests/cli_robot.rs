@@ -22,7 +22,7 @@ fn a_gait_is_uploaded_verified_and_saved() {
     assert_eq!(result["gait_source"], "trained");
     assert_eq!(result["clipped_share"], 0.0);
     let bytes = std::fs::read(setting.folder.path().join("gait.bin")).unwrap();
-    assert_eq!(result["gait_sha256"], host::gait_file::gait_sha256(&bytes));
+    assert_eq!(result["gait_sha256"], host::gait::gait_file::gait_sha256(&bytes));
 }
 
 #[test]

@@ -3,10 +3,10 @@
 mod fake_robot;
 
 use fake_robot::{FRAME_ENERGY_UJ, FakeRobot, Troubles};
-use host::gait_file::{GaitFile, JointSeries, Provenance, Source};
-use host::link::{Link, LinkError, Patience};
-use host::trial::{self, Order, Trial, TrialStop};
-use host::upload::{self, Stage, UploadError, Uploaded};
+use host::device::link::{Link, LinkError, Patience};
+use host::device::trial::{self, Order, Trial, TrialStop};
+use host::device::upload::{self, Stage, UploadError, Uploaded};
+use host::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
 use protocol::command::Storage;
 use protocol::{Amplitude, Command, Fault, Joint, ResetCause, State, WalkEnd};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -4,9 +4,9 @@
 mod fake_robot;
 
 use fake_robot::{FakeRobot, Pose, Troubles};
-use host::link::{Link, Patience};
-use host::stream::{PoseDeg, stream};
-use host::trial::{Trial, TrialStop};
+use host::device::link::{Link, Patience};
+use host::device::stream::{PoseDeg, stream};
+use host::device::trial::{Trial, TrialStop};
 use protocol::{Command, Fault, State, WalkEnd};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};

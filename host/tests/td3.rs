@@ -5,13 +5,13 @@
 mod cart;
 
 use cart::{Cart, Ride, learning};
+use host::learn::td3::POLICY_DESCRIPTION;
+use host::learn::td3::checkpoint::{self, CheckpointError};
+use host::learn::td3::config::{Learning, Td3Config};
+use host::learn::td3::device::Device;
+use host::learn::td3::outcome::{Ending, Outcome, TrainError};
+use host::learn::td3::policy::Policy;
 use host::run_folder;
-use host::td3::POLICY_DESCRIPTION;
-use host::td3::checkpoint::{self, CheckpointError};
-use host::td3::config::{Learning, Td3Config};
-use host::td3::device::Device;
-use host::td3::outcome::{Ending, Outcome, TrainError};
-use host::td3::policy::Policy;
 use std::path::Path;
 
 fn train(learning: &Learning, seed: u64, folder: &Path, resume: bool, stop_after: u64) -> Outcome {
@@ -148,7 +148,7 @@ fn a_damaged_checkpoint_is_an_error_and_no_panic() {
     train(&learning, 0, folder.path(), false, u64::MAX);
     let state = folder.path().join(checkpoint::FOLDER).join("state.json");
     let text = std::fs::read_to_string(&state).unwrap();
-    let layout = host::td3::replay::Layout { observation_len: 2, action_len: 1 };
+    let layout = host::learn::td3::replay::Layout { observation_len: 2, action_len: 1 };
     let load = || checkpoint::load(folder.path(), &learning.td3, layout, 3).map(|_| ());
 
     assert!(load().is_ok());

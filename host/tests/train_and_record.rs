@@ -6,8 +6,8 @@
 mod interrupt;
 mod tiny_training;
 
+use host::learn::td3::checkpoint;
 use host::run_folder;
-use host::td3::checkpoint;
 use tiny_training::{DIFFERING, TINY, folder, folder_with, host};
 
 /// A training without an end in sight.

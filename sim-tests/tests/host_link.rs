@@ -9,7 +9,7 @@
 #[allow(dead_code)]
 mod processes;
 
-use host::gait_file::GaitFile;
+use host::gait::gait_file::GaitFile;
 use processes::{RobotProcess, Sample, finish, host, host_json, host_outcome, measure_patiently, start_host};
 use protocol::JOINT_COUNT;
 use sim_tests::fixtures;

@@ -12,8 +12,8 @@ mod wizard;
 use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::{Port, unreachable_robot};
 use super::{Cause, Failure};
-use crate::calibration::transfer::{self, TransferError};
 use crate::calibration::{BadCalibration, CalibrationFileError, RobotCalibration};
+use crate::device::calibration::{self as transfer, TransferError};
 use protocol::Joint;
 use std::path::PathBuf;
 

@@ -1,15 +1,15 @@
 //! `curves`: how runs learned, as the paper's Figure 3.
 //!
 //! Owns the flags and the summary; reading, statistics and picture are
-//! [`crate::curves`]'.
+//! [`crate::learn::curves`]'.
 
 use super::explain::{failure, failure_with_help, file_cause, path_text, warn};
 use super::{Cause, Failure};
-use crate::curves::{
+use crate::learn::curves::{
     self, Band, CurvesError, RunCurves, Score, SeedCurve, Spread, TooManyRuns, default_label,
 };
+use crate::learn::td3::curve::CurveError;
 use crate::run_folder::{self, FileError};
-use crate::td3::curve::CurveError;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

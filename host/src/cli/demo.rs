@@ -55,7 +55,7 @@ enum DemoError {
     #[error("step `{step}` reported no `{field}`")]
     Field { step: &'static str, field: &'static str },
     #[error("the gait that was searched cannot be read or written")]
-    Gait { source: crate::gait_file::GaitFileError },
+    Gait { source: crate::gait::gait_file::GaitFileError },
     #[error(transparent)]
     Robot(#[from] crate::robot::RobotError),
     #[error(transparent)]
@@ -109,7 +109,7 @@ fn searched(
     let trained_on = Robot::of_run(run)?;
     let leg_scale = trained_on.as_ref().map_or(1.0, |robot| robot.geometry.leg_scale);
     let is_ant = Robot::ant(leg_scale).is_ok_and(|ant| Some(ant) == trained_on);
-    let found = crate::searched::gait(leg_scale).map_err(|source| DemoError::Gait { source })?;
+    let found = crate::search::bundled_gaits::gait(leg_scale).map_err(|source| DemoError::Gait { source })?;
     let Some(gait) = found.filter(|_| is_ant) else {
         eprintln!("\nno gait was searched for this robot: cargo run -p host -- optimise");
         return Ok(None);

@@ -5,9 +5,9 @@
 use super::explain::failure_with_help;
 use super::reach::{Port, unreachable_robot};
 use super::{Cause, Failure};
-use crate::gait_file::limits::as_typed;
-use crate::link::LinkError;
-use crate::link::ports::SerialLink;
+use crate::device::link::LinkError;
+use crate::device::link::ports::SerialLink;
+use crate::gait::gait_file::limits::as_typed;
 use protocol::command::StoredGait;
 use protocol::{Command, GAIT_SLOTS, Reply};
 use serde_json::json;

@@ -2,7 +2,7 @@
 //!
 //! Owns the flags, the checks before anything moves, and the order of things
 //! after: numbers are printed before files are written, so a full disk costs
-//! no trial. The walk is [`crate::trial`]'s, the arithmetic [`crate::energy`]'s.
+//! no trial. The walk is [`crate::device::trial`]'s, the arithmetic [`crate::energy`]'s.
 
 mod distance;
 mod last;
@@ -11,14 +11,14 @@ mod report;
 use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::{Port, interruptible, unreachable_robot};
 use super::{Cause, Failure, robots};
-use crate::gait_file::limits::as_typed;
-use crate::gait_file::{GaitFile, gait_sha256};
-use crate::link::ports::SerialLink;
-use crate::link::{LinkError, words};
-use crate::playable::Playable;
+use crate::device::link::ports::SerialLink;
+use crate::device::link::{LinkError, words};
+use crate::device::trial::table::{self, Row, TableError};
+use crate::device::trial::{self, Order, TrialStop, clock};
+use crate::gait::gait_file::limits::as_typed;
+use crate::gait::gait_file::{GaitFile, gait_sha256};
+use crate::gait::gait_player::Playable;
 use crate::run_folder::{self, FileError};
-use crate::trial::table::{self, Row, TableError};
-use crate::trial::{self, Order, TrialStop, clock};
 use distance::Source;
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::command::{ActiveGait, Record};

@@ -4,7 +4,7 @@
 
 use super::explain::{failure, file_cause};
 use super::{Cause, Failure};
-use crate::gait_file::{GaitFile, JointSeries, Provenance, Source};
+use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use protocol::JOINT_COUNT;

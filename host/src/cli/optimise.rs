@@ -1,7 +1,7 @@
 //! `host optimise`: search the trajectory itself, in the fitted twin.
 //!
 //! Owns the flags, the run's folder and Ctrl-C; the search is
-//! [`crate::optimise`]'s, the words stand in `report`.
+//! [`crate::search::optimise`]'s, the words stand in `report`.
 
 mod budget;
 mod front;
@@ -13,16 +13,16 @@ use super::explain::failure;
 use super::new_gait::{NewGait, machine};
 use super::reach::interruptible;
 use super::{Cause, Failure};
-use crate::gait_file::{GaitFile, Source};
-use crate::optimise::basis::Basis;
-use crate::optimise::figure;
-use crate::optimise::report::safe_range;
-use crate::optimise::score::{Aim, usual_speed_m_s};
-use crate::optimise::space::Motion;
-use crate::optimise::tolerances::Tolerances;
+use crate::gait::gait_file::{GaitFile, Source};
 use crate::plot::PlotError;
 use crate::robot::Robot;
 use crate::run_folder;
+use crate::search::optimise::basis::Basis;
+use crate::search::optimise::figure;
+use crate::search::optimise::report::safe_range;
+use crate::search::optimise::score::{Aim, usual_speed_m_s};
+use crate::search::optimise::space::Motion;
+use crate::search::optimise::tolerances::Tolerances;
 use budget::Budget;
 use clap::ValueEnum;
 use hunt::Hunt;

@@ -2,7 +2,7 @@
 //!
 //! For trajectories that no gait table holds, and for a policy that looks where
 //! it is going. Owns the flags and the words; the poses come from [`file`] or
-//! [`policy`], the sending is [`crate::stream`]'s.
+//! [`policy`], the sending is [`crate::device::stream`]'s.
 
 mod file;
 #[cfg(feature = "train")]
@@ -11,10 +11,10 @@ mod policy;
 use super::reach::{self, Port, interruptible, unreachable_robot};
 use super::recording::{Recording, check_range};
 use super::{Cause, Failure};
-use crate::link::words;
+use crate::device::link::words;
+use crate::device::stream::{self, PoseDeg};
+use crate::device::trial::{self, Trial, TrialStop};
 use crate::run_folder;
-use crate::stream::{self, PoseDeg};
-use crate::trial::{self, Trial, TrialStop};
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::{FRAME_RATE_HZ, JOINT_COUNT, State};
 use serde_json::json;

@@ -4,10 +4,10 @@
 
 use super::explain::{failure, failure_with_help};
 use super::{Cause, Failure};
-use crate::gait_file::limits::LeavesLimits;
-use crate::link::ports::{self, SerialLink};
-use crate::link::{LinkError, words};
-use crate::trial::TrialStop;
+use crate::device::link::ports::{self, SerialLink};
+use crate::device::link::{LinkError, words};
+use crate::device::trial::TrialStop;
+use crate::gait::gait_file::limits::LeavesLimits;
 use protocol::{FRAME_RATE_HZ, STREAM_CAPACITY, WalkEnd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -2,15 +2,15 @@
 
 use super::explain::{path_text, warn};
 use super::{Cause, Failure};
-use crate::fit::MOST_STRIDES;
-use crate::record::{FIGURE, Part, RECORDED_S, RecordError, Recording, record};
+use crate::gait::fit::MOST_STRIDES;
+use crate::gait::stride::{MAX_PERIOD_S, window};
+use crate::learn::record::{FIGURE, Part, RECORDED_S, RecordError, Recording, record};
+use crate::learn::td3::policy::Policy;
+use crate::learn::td3::run_config::{ConfigError, RunConfig};
+use crate::learn::td3::tensor_file::TensorFileError;
 use crate::robot::{Robot, RobotError};
 use crate::run_folder;
 use crate::sim::ant_env::ACTION_DEG;
-use crate::stride::{MAX_PERIOD_S, window};
-use crate::td3::policy::Policy;
-use crate::td3::run_config::{ConfigError, RunConfig};
-use crate::td3::tensor_file::TensorFileError;
 use miette::Diagnostic;
 use protocol::Joint;
 use std::path::{Path, PathBuf};

@@ -2,16 +2,16 @@
 //! `upload-gait --sampled` and `play` share.
 //!
 //! Owns the choice of rows, duration, scales and robot. The reading is
-//! [`crate::trajectory`]'s.
+//! [`crate::gait::trajectory`]'s.
 
 use super::explain::{failure, failure_with_help};
 use super::{Cause, Failure};
-use crate::fit::Scale;
-use crate::joint_map::{JointMap, JointMapError};
+use crate::gait::fit::Scale;
+use crate::gait::joint_map::{JointMap, JointMapError};
+use crate::gait::trajectory::loop_finder::{self, Loop};
+use crate::gait::trajectory::{Trajectory, TrajectoryError};
 use crate::robot::Robot;
 use crate::run_folder;
-use crate::trajectory::loop_finder::{self, Loop};
-use crate::trajectory::{Trajectory, TrajectoryError};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

@@ -5,10 +5,10 @@
 use super::explain::{failure, failure_with_help};
 use super::reach::{Port, beyond_limits, unreachable_robot};
 use super::{Cause, Failure};
-use crate::gait_file::limits::as_typed;
-use crate::link::ports::SerialLink;
-use crate::link::words;
-use crate::playable::Playable;
+use crate::device::link::ports::SerialLink;
+use crate::device::link::words;
+use crate::gait::gait_file::limits::as_typed;
+use crate::gait::gait_player::Playable;
 use protocol::command::Record;
 use protocol::{Amplitude, Command, Speed, State};
 use thiserror::Error;

@@ -10,7 +10,7 @@ use super::recording::{BadFlag, check_range};
 use super::robots::Named;
 use super::upload_gait::material::Material;
 use super::{Cause, Failure};
-use crate::gait_file::Source;
+use crate::gait::gait_file::Source;
 use crate::run_folder;
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{Playback, Starts, Trial, Walk, play_starts};

@@ -1,7 +1,7 @@
 //! `host sinusoid`: the rival that learned gaits are measured against.
 //!
 //! Owns the flags, the budget and Ctrl-C; the search is
-//! [`crate::sinusoid`]'s, the words stand in `report`.
+//! [`crate::search::sinusoid`]'s, the words stand in `report`.
 
 mod report;
 
@@ -9,16 +9,16 @@ use super::explain::{failure, failure_with_help};
 use super::new_gait::{NewGait, machine};
 use super::reach::interruptible;
 use super::{Cause, Failure};
-use crate::gait_file::{GaitFile, Source};
-use crate::optimise::basis::Basis;
+use crate::gait::gait_file::{GaitFile, Source};
+use crate::learn::td3::preset::Preset;
+use crate::learn::td3::run_config::RunConfig;
 use crate::robot::Robot;
 use crate::run_folder;
+use crate::search::optimise::basis::Basis;
+use crate::search::sinusoid::search::{Found, Progress, ROUND_STEPS, Search};
+use crate::search::sinusoid::task::{Task, seconds};
+use crate::search::sinusoid::wave::Pairs;
 use crate::sim::ant_env::{ACTION_DEG, CONTROL_RATE_HZ};
-use crate::sinusoid::search::{Found, Progress, ROUND_STEPS, Search};
-use crate::sinusoid::task::{Task, seconds};
-use crate::sinusoid::wave::Pairs;
-use crate::td3::preset::Preset;
-use crate::td3::run_config::RunConfig;
 use indicatif::{ProgressBar, ProgressStyle};
 use report::Outcome;
 use std::path::PathBuf;

@@ -4,8 +4,8 @@
 
 use super::Failure;
 use super::reach::{Port, unreachable_robot};
-use crate::gait_file::limits::as_typed;
-use crate::link::words;
+use crate::device::link::words;
+use crate::gait::gait_file::limits::as_typed;
 use protocol::command::{ActiveGait, CalibrationSource, Storage};
 use protocol::{Command, FRAME_RATE_HZ, Fault, HelloReply, ResetCause, State, Status};
 use serde_json::{Value, json};

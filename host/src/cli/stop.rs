@@ -3,7 +3,7 @@
 use super::explain::failure_with_help;
 use super::reach::{Port, unreachable_robot};
 use super::{Cause, Failure};
-use crate::link::{ports, words};
+use crate::device::link::{ports, words};
 use protocol::{Command, State};
 use std::time::{Duration, Instant};
 use thiserror::Error;

@@ -1,7 +1,7 @@
 //! `host upload-gait`: a gait from its file, or a recording, onto the robot.
 //!
 //! Owns the flags, the check of the limits at the asked amplitude, and the
-//! words; the transfer is [`crate::upload`]'s.
+//! words; the transfer is [`crate::device::upload`]'s.
 
 mod check;
 pub(super) mod material;
@@ -10,9 +10,9 @@ use super::explain::{failure, failure_with_help, path_text};
 use super::reach::{Port, link_cause, unreachable_robot};
 use super::recording::Recording;
 use super::{Cause, Failure};
-use crate::gait_file::gait_sha256;
-use crate::gait_file::limits::{LeavesLimits, as_typed};
-use crate::upload::{self, Stage, UploadError, Uploaded};
+use crate::device::upload::{self, Stage, UploadError, Uploaded};
+use crate::gait::gait_file::gait_sha256;
+use crate::gait::gait_file::limits::{LeavesLimits, as_typed};
 use check::Check;
 use indicatif::{ProgressBar, ProgressStyle};
 use material::Material;

@@ -1,7 +1,7 @@
 //! `host walk`: let the robot walk, with this program or without.
 //!
 //! Owns the flags, the changes that can be typed meanwhile ([`lines`]) and the
-//! words at the end; the walk is [`crate::trial`]'s.
+//! words at the end; the walk is [`crate::device::trial`]'s.
 
 mod lines;
 
@@ -9,11 +9,11 @@ use super::explain::failure;
 use super::reach::{self, Port, interruptible, unreachable_robot};
 use super::set::{BadNumber, amplitude as amplitude_of, speed as speed_of};
 use super::{Cause, Failure};
-use crate::gait_file::limits::as_typed;
-use crate::link::ports::SerialLink;
-use crate::link::{LinkError, words};
-use crate::playable::Playable;
-use crate::trial::{self, Order, Trial, TrialStop};
+use crate::device::link::ports::SerialLink;
+use crate::device::link::{LinkError, words};
+use crate::device::trial::{self, Order, Trial, TrialStop};
+use crate::gait::gait_file::limits::as_typed;
+use crate::gait::gait_player::Playable;
 use lines::{Lines, Onlooker};
 use protocol::command::{ActiveGait, Record};
 use protocol::{Amplitude, Command, FRAME_RATE_HZ, Refusal, Speed, WalkEnd};

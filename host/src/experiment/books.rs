@@ -8,7 +8,7 @@ use super::materials::Materials;
 use super::method::Method;
 use super::summary::Best;
 use crate::energy::STANDARD_GRAVITY_M_S2;
-use crate::optimise::report::power_books_of;
+use crate::search::optimise::report::power_books_of;
 use crate::sim::open_loop::Playback;
 use protocol::Amplitude;
 use rayon::prelude::*;

@@ -15,14 +15,14 @@ pub use error::MaterialsError;
 
 use super::method::{Method, OWN_STROKE};
 use super::study::{GaitNote, LearnedStride};
-use crate::curves::RunCurves;
-use crate::fit::Scale;
-use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source, gait_sha256};
-use crate::playable::Playable;
+use crate::gait::fit::Scale;
+use crate::gait::gait_file::{GaitFile, GaitFileError, Provenance, Source, gait_sha256};
+use crate::gait::gait_player::Playable;
+use crate::gait::sampled_gait;
+use crate::gait::trajectory::Trajectory;
+use crate::learn::curves::RunCurves;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
-use crate::sampled;
-use crate::trajectory::Trajectory;
 use protocol::gait::{MAX_ENCODED_LEN, MAX_ROWS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -221,7 +221,7 @@ fn original(path: &Path, stride: &LearnedStride, robot: &Robot) -> Result<Table,
         limit_deg: robot.joint_limit_deg,
     };
     let period_us = (stride.period_s * 1e6 + 1e-3).floor() as u32;
-    let sampled = sampled::sample(&stride.samples, &scale, Method::Original.name(), period_us)
+    let sampled = sampled_gait::sample(&stride.samples, &scale, Method::Original.name(), period_us)
         .map_err(|source| MaterialsError::Sampled { path: path.to_owned(), source })?;
     let mut buffer = [0; MAX_ENCODED_LEN];
     // A table that was quantised is valid, and the longest fits.

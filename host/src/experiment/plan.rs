@@ -9,7 +9,7 @@ use super::method::Method;
 use super::paper;
 use super::summary::Planned;
 use super::trial::Place;
-use crate::playable::Demand;
+use crate::gait::gait_player::Demand;
 use protocol::{Amplitude, JOINT_COUNT, Joint, Speed};
 use serde::{Deserialize, Serialize};
 

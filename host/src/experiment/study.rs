@@ -6,8 +6,8 @@ use super::books::Books;
 use super::method::Method;
 use super::summary::{Best, Condition};
 use super::trial::Trial;
-use crate::curves::RunCurves;
-use crate::stride::Sample;
+use crate::gait::stride::Sample;
+use crate::learn::curves::RunCurves;
 use serde::{Deserialize, Serialize};
 
 /// Where trials were walked.

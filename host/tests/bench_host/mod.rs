@@ -5,7 +5,7 @@
 use crate::fake_robot::bench::Bench;
 use crate::fake_robot::{FakeRobot, Troubles};
 use assert_cmd::Command;
-use host::gait_file::{GaitFile, JointSeries, Provenance, Source};
+use host::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
 use protocol::Joint;
 use std::time::Duration;
 

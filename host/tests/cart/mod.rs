@@ -1,10 +1,10 @@
 //! A task of one number, small enough to learn in seconds, and runs on it.
 
 use host::env::{Env, Step};
-use host::td3::config::{Learning, Schedule, Td3Config};
-use host::td3::device::Device;
-use host::td3::outcome::{Event, Outcome, TrainError};
-use host::td3::trainer::Run;
+use host::learn::td3::config::{Learning, Schedule, Td3Config};
+use host::learn::td3::device::Device;
+use host::learn::td3::outcome::{Event, Outcome, TrainError};
+use host::learn::td3::trainer::Run;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 

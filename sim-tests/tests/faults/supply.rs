@@ -2,7 +2,7 @@
 
 use crate::{WALK, has_limp_servos, walking};
 use firmware::limits;
-use host::link::words;
+use host::device::link::words;
 use protocol::{Calibration, Command, Event, Fault, Refusal, Reply, State};
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};

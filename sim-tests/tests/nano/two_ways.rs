@@ -3,7 +3,7 @@
 
 use crate::support::image;
 use host::energy::STANDARD_GRAVITY_M_S2;
-use host::gait_file::GaitFile;
+use host::gait::gait_file::GaitFile;
 use host::robot::Robot;
 use host::sim::open_loop::{self, Trial};
 use host::sim::{Perturbation, Start};
@@ -98,7 +98,7 @@ fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cen
 #[test]
 fn they_agree_on_the_searched_gaits_of_both_legs() {
     for leg in [1.0, 0.6] {
-        let gait = host::searched::gait(leg).unwrap().unwrap();
+        let gait = host::search::bundled_gaits::gait(leg).unwrap().unwrap();
         agree(&Case { ant: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
     }
 }

@@ -4,8 +4,8 @@
 //! Adam are libtorch's. Refuses to train anything: it is only timed, and held to
 //! the learner's losses by a test.
 
-use crate::td3::config::Td3Config;
-use crate::td3::replay::Layout;
+use crate::learn::td3::config::Td3Config;
+use crate::learn::td3::replay::Layout;
 use tch::nn::{self, Module as _, OptimizerConfig as _};
 use tch::{Device, Kind, Tensor};
 

@@ -4,7 +4,7 @@ use super::dialog::{Dialog, Key};
 use super::joint::Stopped;
 use super::servo::{HEARTBEAT_EVERY, Servo, let_go};
 use crate::calibration::{Board, count_us, oscillator_mhz};
-use crate::link::ports::SerialLink;
+use crate::device::link::ports::SerialLink;
 use protocol::calibration::BoardCalibration;
 
 /// Any servo's middle.

@@ -5,8 +5,8 @@
 use super::dialog::{Dialog, Gone, Key};
 use super::servo::{self, HEARTBEAT_EVERY, SerialServo, Servo};
 use crate::calibration::JointSetup;
-use crate::link::LinkError;
-use crate::link::ports::SerialLink;
+use crate::device::link::LinkError;
+use crate::device::link::ports::SerialLink;
 use protocol::Joint;
 
 /// How far a joint is turned to see which way it goes.

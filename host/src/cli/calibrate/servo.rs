@@ -4,8 +4,8 @@
 //! last command. Moves gently: from one pulse to another in small steps.
 
 use crate::calibration::PULSE_RANGE_US;
-use crate::link::ports::SerialLink;
-use crate::link::{Link, LinkError};
+use crate::device::link::ports::SerialLink;
+use crate::device::link::{Link, LinkError};
 use protocol::Command;
 use std::io::{Read, Write};
 use std::time::Duration;

@@ -6,12 +6,12 @@
 use super::dialog::{Dialog, Gone};
 use super::joint::{self, Bench, Stopped};
 use super::{Args, bad, board, not_sent, unusable};
-use crate::calibration::transfer::{self, TransferError};
 use crate::calibration::{RobotCalibration, count_us};
 use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::reach::unreachable_robot;
 use crate::cli::{Cause, Failure};
-use crate::link::words;
+use crate::device::calibration::{self as transfer, TransferError};
+use crate::device::link::words;
 use protocol::calibration::BoardCalibration;
 use protocol::{Calibration, Joint, State};
 use std::fmt;

@@ -8,7 +8,7 @@ use crate::experiment::method::Method;
 use crate::experiment::paper;
 use crate::experiment::plan::Plan;
 use crate::experiment::twin_trials::Authors;
-use crate::gait_file::GaitFile;
+use crate::gait::gait_file::GaitFile;
 use crate::robot::Robot;
 use crate::run_folder::FileError;
 use protocol::Amplitude;

@@ -4,8 +4,8 @@ use super::Args;
 use crate::cli::Failure;
 use crate::cli::explain::{failure, file_cause};
 use crate::cli::recording::Chosen;
-use crate::fit::Seam;
-use crate::gait_file::{Provenance, Source};
+use crate::gait::fit::Seam;
+use crate::gait::gait_file::{Provenance, Source};
 use crate::run_folder;
 use std::path::{Path, PathBuf};
 

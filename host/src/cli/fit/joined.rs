@@ -4,10 +4,10 @@
 //! amplitude 1.0 and at the policy's own stroke. The seam that the gait gets
 //! is [`Seams::taken`].
 
-use crate::fit::speeds::{PeakSpeed, peak_speeds};
-use crate::fit::{self, JointFit, Scale, Seam};
-use crate::gait_file::GaitFile;
-use crate::playable::Playable;
+use crate::gait::fit::speeds::{PeakSpeed, peak_speeds};
+use crate::gait::fit::{self, JointFit, Scale, Seam};
+use crate::gait::gait_file::GaitFile;
+use crate::gait::gait_player::Playable;
 use crate::sim::ant_env::ACTION_DEG;
 use protocol::{Amplitude, JOINT_COUNT};
 

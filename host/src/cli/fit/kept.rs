@@ -9,10 +9,10 @@ use super::joined::Seams;
 use super::pace::Pace;
 use super::policy_record::{BadRecord, PolicyRecord};
 use crate::cli::recording::Chosen;
-use crate::fit::speeds::{fastest, peak_speeds};
-use crate::fit::{R2_WARNING, Scale};
-use crate::gait_file::{GaitFile, UnusableGait};
-use crate::playable::Playable;
+use crate::gait::fit::speeds::{fastest, peak_speeds};
+use crate::gait::fit::{R2_WARNING, Scale};
+use crate::gait::gait_file::{GaitFile, UnusableGait};
+use crate::gait::gait_player::Playable;
 use crate::robot::{Robot, RobotError};
 use crate::sim::Perturbation;
 use crate::sim::ant_env::ACTION_DEG;
@@ -49,7 +49,7 @@ pub enum NoComparison {
     Unreadable(#[from] RobotError),
     #[error("its own stride is no gait")]
     Unusable(#[from] UnusableGait),
-    #[error("its own stride is no gait: {}", crate::gait_file::describe(*.0))]
+    #[error("its own stride is no gait: {}", crate::gait::gait_file::describe(*.0))]
     Undecodable(GaitError),
     #[error(transparent)]
     Diverged(#[from] Diverged),

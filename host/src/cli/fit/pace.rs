@@ -10,9 +10,9 @@ use super::joined::{Joined, Seams};
 use super::policy_record::PolicyRecord;
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
-use crate::fit::speeds::{fastest, largest_followed, peak_speeds};
-use crate::fit::{R2_WARNING, Seam};
-use crate::gait_file::limits::as_typed;
+use crate::gait::fit::speeds::{fastest, largest_followed, peak_speeds};
+use crate::gait::fit::{R2_WARNING, Seam};
+use crate::gait::gait_file::limits::as_typed;
 use protocol::{Amplitude, FRAME_RATE_HZ, Joint};
 use thiserror::Error;
 

@@ -5,7 +5,7 @@
 //! a gait can be fitted without.
 
 use crate::cli::recording::Chosen;
-use crate::fit::MOST_STRIDES;
+use crate::gait::fit::MOST_STRIDES;
 use crate::run_folder::FileError;
 use serde::Deserialize;
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use crate::cli::explain::{failure, failure_with_help, file_cause};
 use crate::cli::{Cause, Failure};
-use crate::gait_file::{GaitFileError, UnusableGait};
+use crate::gait::gait_file::{GaitFileError, UnusableGait};
 
 pub fn unplayable(error: UnusableGait) -> Failure {
     let help = match &error {

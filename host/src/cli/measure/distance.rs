@@ -2,9 +2,9 @@
 
 use super::{MeasureError, failure, failure_with_help};
 use crate::cli::{Cause, Failure};
+use crate::device::tracker::{Track, TrackerError, Walked};
+use crate::device::trial::clock::Interval;
 use crate::run_folder::FileError;
-use crate::tracker::{Track, TrackerError, Walked};
-use crate::trial::clock::Interval;
 use std::io::{BufRead as _, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -3,9 +3,9 @@
 
 use super::{Args, Failure, failure, failure_with_help, mass_kg, unreachable_robot};
 use crate::cli::Cause;
+use crate::device::link::words;
 use crate::energy::{EnergyError, cost_of_transport};
-use crate::gait_file::limits::as_typed;
-use crate::link::words;
+use crate::gait::gait_file::limits::as_typed;
 use crate::run_folder;
 use protocol::command::Record;
 use protocol::{FRAME_RATE_HZ, Name, TrialRecord, WalkEnd};

@@ -11,11 +11,11 @@ pub use table::{print, save};
 use super::SPEED_RESERVE;
 use super::budget::LEAST_TRIALS;
 use super::hunt::{Hunt, SEARCH_TRIAL_S};
-use crate::optimise::front::{Winner, undominated, winners};
-use crate::optimise::report::{AtAmplitude, OverDraws};
-use crate::optimise::score::Aim;
-use crate::optimise::search::{Found, least_step};
-use crate::optimise::space::Motion;
+use crate::search::optimise::front::{Winner, undominated, winners};
+use crate::search::optimise::report::{AtAmplitude, OverDraws};
+use crate::search::optimise::score::Aim;
+use crate::search::optimise::search::{Found, least_step};
+use crate::search::optimise::space::Motion;
 
 /// Share of the budget for the first gait, of the least speed itself.
 pub const FIRST_SHARE: f64 = 0.4;

@@ -1,13 +1,13 @@
 //! The searches of one command, watched: progress bar, Ctrl-C, and the report's robots.
 
 use super::Args;
-use crate::optimise::basis::Basis;
-use crate::optimise::report::{AtAmplitude, Fresh, OverDraws, TRIAL_S, over_amplitudes, over_draws};
-use crate::optimise::score::{Aim, Test};
-use crate::optimise::search::{Found, Progress, Search, Stage, Start};
-use crate::optimise::space::{Bounds, Motion, Space};
-use crate::optimise::tolerances::{Draw, Tolerances};
 use crate::robot::Robot;
+use crate::search::optimise::basis::Basis;
+use crate::search::optimise::report::{AtAmplitude, Fresh, OverDraws, TRIAL_S, over_amplitudes, over_draws};
+use crate::search::optimise::score::{Aim, Test};
+use crate::search::optimise::search::{Found, Progress, Search, Stage, Start};
+use crate::search::optimise::space::{Bounds, Motion, Space};
+use crate::search::optimise::tolerances::{Draw, Tolerances};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -1,11 +1,11 @@
 //! What a search came to, for people and for scripts.
 
 use crate::cli::explain::path_text;
-use crate::gait_file::{GaitFile, gait_sha256};
-use crate::optimise::report::{AtAmplitude, OverDraws, PowerBooks, Quantiles, floor, power_books};
-use crate::optimise::space::{Motion, SPEED_MARGIN};
-use crate::optimise::tolerances::has_spread;
+use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::robot::Robot;
+use crate::search::optimise::report::{AtAmplitude, OverDraws, PowerBooks, Quantiles, floor, power_books};
+use crate::search::optimise::space::{Motion, SPEED_MARGIN};
+use crate::search::optimise::tolerances::has_spread;
 use serde_json::{Value, json};
 use std::path::Path;
 

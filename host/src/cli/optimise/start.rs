@@ -2,10 +2,10 @@
 
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
-use crate::gait_file::{GaitFile, Source};
-use crate::optimise::search::Start;
-use crate::optimise::space::Motion;
+use crate::gait::gait_file::{GaitFile, Source};
 use crate::run_folder;
+use crate::search::optimise::search::Start;
+use crate::search::optimise::space::Motion;
 use std::path::Path;
 
 /// Where a learned gait is as wide as its policy walked: 45 degrees an action over 24.

@@ -3,8 +3,8 @@
 use super::{Args, Programme, check_limits};
 use crate::cli::Failure;
 use crate::cli::recording::{Chosen, Unsaid};
-use crate::sampled::interpolated;
-use crate::stream::PoseDeg;
+use crate::device::stream::PoseDeg;
+use crate::gait::sampled_gait::interpolated;
 use protocol::FRAME_RATE_HZ;
 
 pub fn programme(args: &Args) -> Result<Programme, Failure> {

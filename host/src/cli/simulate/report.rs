@@ -2,8 +2,8 @@
 
 use super::{Args, Simulated};
 use crate::cli::explain::{path_text, warn};
-use crate::fit::speeds::{fastest, lagging_share, peak_speeds};
-use crate::gait_file::gait_sha256;
+use crate::gait::fit::speeds::{fastest, lagging_share, peak_speeds};
+use crate::gait::gait_file::gait_sha256;
 use crate::sim::open_loop::Walk;
 use protocol::{FRAME_RATE_HZ, Joint};
 use serde_json::{Value, json};

@@ -1,13 +1,13 @@
 //! What a search came to, for people and for scripts.
 
 use crate::cli::explain::path_text;
-use crate::gait_file::{GaitFile, gait_sha256};
+use crate::gait::gait_file::{GaitFile, gait_sha256};
+use crate::learn::td3::preset::Preset;
 use crate::robot::Robot;
+use crate::search::sinusoid::search::{Evaluation, Found};
+use crate::search::sinusoid::task::seconds;
+use crate::search::sinusoid::wave::{Pairs, Sinusoid, Wave};
 use crate::sim::ant_env::ACTION_DEG;
-use crate::sinusoid::search::{Evaluation, Found};
-use crate::sinusoid::task::seconds;
-use crate::sinusoid::wave::{Pairs, Sinusoid, Wave};
-use crate::td3::preset::Preset;
 use serde_json::{Value, json};
 use std::path::Path;
 use thiserror::Error;

@@ -4,10 +4,10 @@
 //! its folder names the device that it last learned on.
 
 use super::TrainCliError;
+use crate::learn::td3::device::Device;
+use crate::learn::td3::outcome::Event;
+use crate::learn::td3::run_config::RunConfig;
 use crate::run_folder;
-use crate::td3::device::Device;
-use crate::td3::outcome::Event;
-use crate::td3::run_config::RunConfig;
 use indicatif::ProgressBar;
 use std::path::Path;
 

@@ -4,10 +4,10 @@
 
 use super::seeds;
 use crate::cli::{Cause, Failure};
+use crate::learn::td3::device::{Device, DeviceError};
+use crate::learn::td3::outcome::TrainError;
+use crate::learn::td3::run_config::ConfigError;
 use crate::run_folder::FileError;
-use crate::td3::device::{Device, DeviceError};
-use crate::td3::outcome::TrainError;
-use crate::td3::run_config::ConfigError;
 use miette::Diagnostic;
 use thiserror::Error;
 

@@ -2,7 +2,7 @@
 //!
 //! Owns the bar and the lines above it; refuses to know how many runs there are.
 
-use crate::td3::outcome::Event;
+use crate::learn::td3::outcome::Event;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 /// A bar over all of a run's updates, with `name` before it.

@@ -6,12 +6,12 @@ use crate::cli::fit::{check_period, history};
 use crate::cli::recording::{Chosen, Unsaid};
 use crate::cli::robots::{self, Named};
 use crate::cli::{Cause, Failure};
-use crate::gait_file::limits::{LeavesLimits, as_typed};
-use crate::gait_file::{GaitFile, GaitFileError, Provenance, Source};
-use crate::playable::Playable;
+use crate::gait::gait_file::limits::{LeavesLimits, as_typed};
+use crate::gait::gait_file::{GaitFile, GaitFileError, Provenance, Source};
+use crate::gait::gait_player::Playable;
+use crate::gait::sampled_gait::{self, SampleError, Sampled};
 use crate::robot::Robot;
 use crate::run_folder;
-use crate::sampled::{self, SampleError, Sampled};
 use protocol::Amplitude;
 use protocol::gait::MAX_ENCODED_LEN;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ impl Material {
         let name = args.name.clone().unwrap_or_else(|| default_name(&chosen));
         let period_us = (chosen.played_s() * 1e6 + 1e-3).floor() as u32;
         let sampled =
-            sampled::sample(chosen.actions()?, &chosen.scale, &name, period_us).map_err(unsampled)?;
+            sampled_gait::sample(chosen.actions()?, &chosen.scale, &name, period_us).map_err(unsampled)?;
         let mut buffer = [0; MAX_ENCODED_LEN];
         // A table that was quantised is valid, and the longest fits.
         let bytes = sampled.table.encode(&mut buffer).map(<[u8]>::to_vec).unwrap_or_default();

@@ -4,10 +4,10 @@
 //! lines, because the walk cannot wait for anybody; it ends with the program.
 
 use crate::cli::set;
-use crate::gait_file::limits::as_typed;
-use crate::link::words;
-use crate::playable::Playable;
-use crate::trial::Watcher;
+use crate::device::link::words;
+use crate::device::trial::Watcher;
+use crate::gait::gait_file::limits::as_typed;
+use crate::gait::gait_player::Playable;
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::{Amplitude, Command, FRAME_RATE_HZ, Refusal, Speed, State};
 use std::io::{BufRead as _, IsTerminal as _};

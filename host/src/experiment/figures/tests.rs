@@ -3,7 +3,7 @@ use super::power::{PowerAt, at_speeds, figure, power_at};
 use super::*;
 use crate::experiment::by_hand;
 use crate::experiment::summary::Condition;
-use crate::stride::Sample;
+use crate::gait::stride::Sample;
 
 /// One that walked.
 fn walked(

@@ -1,10 +1,10 @@
 //! Why gaits cannot be had.
 
-use crate::curves::CurvesError;
-use crate::gait_file::GaitFileError;
+use crate::gait::gait_file::GaitFileError;
+use crate::gait::sampled_gait::SampleError;
+use crate::gait::trajectory::TrajectoryError;
+use crate::learn::curves::CurvesError;
 use crate::run_folder::FileError;
-use crate::sampled::SampleError;
-use crate::trajectory::TrajectoryError;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -29,7 +29,7 @@ pub enum MaterialsError {
         source: SampleError,
     },
     /// The stride's file does not say how long it lasts.
-    #[error("{path} has no {}: how long the stride lasts is unknown", crate::trajectory::TIME_COLUMN)]
+    #[error("{path} has no {}: how long the stride lasts is unknown", crate::gait::trajectory::TIME_COLUMN)]
     NoTime {
         /// Which file.
         path: PathBuf,

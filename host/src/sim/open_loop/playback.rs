@@ -6,7 +6,7 @@
 
 use super::FRAME_RATE_HZ;
 use crate::calibration::count_us;
-use crate::playable::Playable;
+use crate::gait::gait_player::Playable;
 use crate::robot::Robot;
 use protocol::{Amplitude, Calibration};
 
@@ -40,7 +40,7 @@ impl<'a> Playback<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gait_file::{GaitFile, JointSeries, Provenance, Source};
+    use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
     use protocol::Joint;
 
     fn gait() -> Playable {

@@ -5,11 +5,11 @@ use crate::cli::explain::{failure, path_text};
 use crate::cli::optimise::hunt::Hunt;
 use crate::cli::optimise::{NAME_PREFIX, gait, write_figure};
 use crate::cli::{Cause, Failure};
-use crate::gait_file::{GaitFile, gait_sha256};
-use crate::optimise::figure;
-use crate::optimise::report::{OverDraws, safe_range};
+use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::robot::Robot;
 use crate::run_folder;
+use crate::search::optimise::figure;
+use crate::search::optimise::report::{OverDraws, safe_range};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

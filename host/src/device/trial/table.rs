@@ -1,0 +1,225 @@
+//! The trials table and the telemetry files of a run.
+//!
+//! Owns their columns. Refuses to add a row to a table with other columns, and
+//! looks before the robot walks, not after.
+
+use super::Sample;
+use crate::device::link::words;
+use crate::run_folder::{self, FileError};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Columns of `trials.csv`.
+pub const TRIAL_COLUMNS: &str = "time,gait_name,gait_sha256,gait_crc32,amplitude,frames,duration_s,energy_j,\
+mean_power_w,distance_m,speed_m_s,mass_kg,cost_of_transport,distance_source,clipped_frames,missed_samples,\
+lost_telemetry_frames,telemetry,valid,reason";
+/// Columns of `telemetry-<n>.csv`.
+const TELEMETRY_COLUMNS: &str = "unix_time_s,uptime_frames,state,trial_frames,trial_energy_j,phase,bus_v,current_a,\
+clipped_frames,missed_samples";
+
+/// One trial; what is unknown stays empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Row {
+    /// Local time of the end of the trial.
+    pub time: String,
+    /// What the robot calls the gait.
+    pub gait_name: String,
+    /// SHA-256 of the table that the robot read back.
+    pub gait_sha256: String,
+    /// CRC-32 of the same.
+    pub gait_crc32: String,
+    /// Amplitude played.
+    pub amplitude: f64,
+    /// Gait frames played.
+    pub frames: u32,
+    /// Their duration.
+    pub duration_s: f64,
+    /// Battery energy over them.
+    pub energy_j: f64,
+    /// Energy by duration.
+    pub mean_power_w: Option<f64>,
+    /// Net horizontal displacement.
+    pub distance_m: Option<f64>,
+    /// Distance by duration.
+    pub speed_m_s: Option<f64>,
+    /// Mass that the weight follows from.
+    pub mass_kg: f64,
+    /// Energy by weight and distance.
+    pub cost_of_transport: Option<f64>,
+    /// `flag`, `prompt`, or the tracker's file.
+    pub distance_source: String,
+    /// Gait frames with a joint held at its limit.
+    pub clipped_frames: u32,
+    /// Sensor conversions that failed or saturated.
+    pub missed_samples: u16,
+    /// Telemetry that did not arrive.
+    pub lost_telemetry_frames: u32,
+    /// File with the telemetry.
+    pub telemetry: String,
+    /// Why the trial does not count, if it does not.
+    pub reason: Option<String>,
+}
+
+/// Why a table was not written.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// Reading or writing failed.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Somebody else's table.
+    #[error("{path} has other columns: it begins with {found:?}")]
+    Columns {
+        /// Which file.
+        path: PathBuf,
+        /// Its first line.
+        found: String,
+    },
+}
+
+/// The table as it is, or its header if there is none yet.
+///
+/// # Errors
+/// [`TableError`] if no row could be added.
+pub fn load(folder: &Path) -> Result<String, TableError> {
+    let path = folder.join(run_folder::TRIALS);
+    match std::fs::read_to_string(&path) {
+        Ok(text) => {
+            let found = text.lines().next().unwrap_or("");
+            if found == TRIAL_COLUMNS {
+                return Ok(text);
+            }
+            Err(TableError::Columns { path, found: found.chars().take(60).collect() })
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(format!("{TRIAL_COLUMNS}\n")),
+        Err(error) => Err(FileError::on("read", &path)(error).into()),
+    }
+}
+
+/// Adds a row to the folder's table.
+///
+/// # Errors
+/// [`TableError`], the table being as it was.
+pub fn append(folder: &Path, row: &Row) -> Result<PathBuf, TableError> {
+    let mut text = load(folder)?;
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    let known = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.6}"));
+    let fields = [
+        row.time.clone(),
+        quoted(&row.gait_name),
+        row.gait_sha256.clone(),
+        row.gait_crc32.clone(),
+        format!("{}", row.amplitude),
+        row.frames.to_string(),
+        format!("{:.4}", row.duration_s),
+        format!("{:.6}", row.energy_j),
+        known(row.mean_power_w),
+        known(row.distance_m),
+        known(row.speed_m_s),
+        format!("{}", row.mass_kg),
+        known(row.cost_of_transport),
+        quoted(&row.distance_source),
+        row.clipped_frames.to_string(),
+        row.missed_samples.to_string(),
+        row.lost_telemetry_frames.to_string(),
+        quoted(&row.telemetry),
+        row.reason.is_none().to_string(),
+        quoted(row.reason.as_deref().unwrap_or("")),
+    ];
+    text.push_str(&fields.join(","));
+    text.push('\n');
+    let path = folder.join(run_folder::TRIALS);
+    run_folder::write(&path, text.as_bytes())?;
+    Ok(path)
+}
+
+/// CSV's quoting, where a value needs it.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.into()
+    }
+}
+
+/// Writes the samples to the first free `telemetry-<n>.csv`.
+///
+/// # Errors
+/// [`FileError`].
+pub fn write_telemetry(folder: &Path, samples: &[Sample]) -> Result<PathBuf, FileError> {
+    let mut text = format!("{TELEMETRY_COLUMNS}\n");
+    for Sample { unix_time_s, telemetry: t } in samples {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{unix_time_s:.6},{},{},{},{:.6},{:.6},{:.3},{:.6},{},{}",
+            t.uptime_frames,
+            words::state(t.state),
+            t.trial_frames,
+            t.trial_energy_uj as f64 / 1e6,
+            f64::from(t.phase) / 65536.0,
+            f64::from(t.bus_mv) / 1e3,
+            f64::from(t.current_ua) / 1e6,
+            t.clipped_frames,
+            t.missed_samples
+        );
+    }
+    let mut number = 1;
+    let path = loop {
+        let path = folder.join(format!("telemetry-{number}.csv"));
+        if !path.exists() {
+            break path;
+        }
+        number += 1;
+    };
+    run_folder::write(&path, text.as_bytes())?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_added_below_one_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let row = Row { gait_name: "a,b".into(), frames: 720, distance_m: Some(1.5), ..Default::default() };
+
+        append(folder.path(), &row).unwrap();
+        append(folder.path(), &Row { reason: Some("fault".into()), ..row }).unwrap();
+
+        let text = std::fs::read_to_string(folder.path().join("trials.csv")).unwrap();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let headers = reader.headers().unwrap().clone();
+        let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+        let place = |name: &str| headers.iter().position(|h| h == name).unwrap();
+        assert_eq!(rows.len(), 2);
+        assert_eq!(&rows[0][place("gait_name")], "a,b");
+        assert_eq!(&rows[0][place("distance_m")], "1.500000");
+        assert_eq!((&rows[0][place("valid")], &rows[1][place("valid")]), ("true", "false"));
+        assert_eq!(&rows[1][place("reason")], "fault");
+    }
+
+    #[test]
+    fn somebody_elses_table_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("trials.csv"), "a,b\n1,2\n").unwrap();
+
+        let error = append(folder.path(), &Row::default()).unwrap_err().to_string();
+
+        assert!(error.contains("has other columns: it begins with \"a,b\""), "{error}");
+        assert_eq!(std::fs::read_to_string(folder.path().join("trials.csv")).unwrap(), "a,b\n1,2\n");
+    }
+
+    #[test]
+    fn telemetry_files_are_never_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+
+        let first = write_telemetry(folder.path(), &[]).unwrap();
+        let second = write_telemetry(folder.path(), &[]).unwrap();
+
+        assert_ne!(first, second);
+    }
+}

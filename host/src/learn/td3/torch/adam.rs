@@ -1,0 +1,58 @@
+//! Adam over one tensor of parameters.
+//!
+//! Owns the two moments and the step count; written here because a resumed run
+//! needs them back bit for bit and libtorch's optimiser in tch hides them.
+
+use super::networks::{read_row, tensor};
+use crate::learn::td3::adam::{Adam, BETA1, BETA2, EPSILON};
+use tch::{Device, TchError, Tensor};
+
+/// The optimiser's state for all copies of a network.
+///
+/// # Source
+/// Kingma & Ba (2015), algorithm 1, with its constants.
+#[derive(Debug)]
+pub struct TorchAdam {
+    learning_rate: f64,
+    steps: u64,
+    /// First moment, shaped as the parameters.
+    mean: Tensor,
+    /// Second moment, shaped as the parameters.
+    square: Tensor,
+}
+
+impl TorchAdam {
+    /// Goes on where these stopped, one for each copy, all after as many steps.
+    pub fn of(adams: &[&Adam], device: Device) -> Result<Self, TchError> {
+        let rows = |of: fn(&Adam) -> &[f32]| -> Vec<&[f32]> { adams.iter().map(|adam| of(adam)).collect() };
+        Ok(Self {
+            learning_rate: adams.first().map_or(0.0, |adam| adam.learning_rate),
+            steps: adams.first().map_or(0, |adam| adam.steps),
+            mean: tensor(&rows(|adam| &adam.mean), device)?,
+            square: tensor(&rows(|adam| &adam.square), device)?,
+        })
+    }
+
+    /// Writes the state of copy `copy` into `adam`.
+    pub fn store(&self, copy: usize, adam: &mut Adam) -> Result<(), TchError> {
+        adam.steps = self.steps;
+        read_row(&self.mean, copy, &mut adam.mean)?;
+        read_row(&self.square, copy, &mut adam.square)
+    }
+
+    /// Moves `parameters` one step against `gradients`.
+    pub fn step(&mut self, parameters: &mut Tensor, gradients: &Tensor) -> Result<(), TchError> {
+        self.steps += 1;
+        let mean_correction = 1.0 - BETA1.powf(self.steps as f64);
+        let root = (1.0 - BETA2.powf(self.steps as f64)).sqrt();
+        let _ = self.mean.f_lerp_(gradients, 1.0 - BETA1)?;
+        let _ = self.square.f_lerp_(&gradients.f_square()?, 1.0 - BETA2)?;
+        // Both corrections are pulled out of the tensors, as in the plain `Adam`.
+        let mut denominator = self.square.f_sqrt()?;
+        let _ = denominator.f_add_scalar_(EPSILON * root)?;
+        let mut step = self.mean.f_div(&denominator)?;
+        let _ = step.f_mul_scalar_(-self.learning_rate * root / mean_correction)?;
+        let _ = parameters.f_add_(&step)?;
+        Ok(())
+    }
+}

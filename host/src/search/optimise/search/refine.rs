@@ -1,0 +1,92 @@
+//! CMA-ES from a point, on a few robots.
+//!
+//! Owns the exchange with crate `cmaes`: seeds, generations, what is kept.
+
+use super::{POPULATION, Search, Told};
+use crate::search::optimise::space::{Motion, Space};
+use crate::search::optimise::tolerances::Draw;
+use cmaes::{CMAESOptions, DVector};
+use std::sync::Mutex;
+
+/// One refinement.
+pub(super) struct Round<'a> {
+    /// What the points mean.
+    pub(super) space: &'a Space,
+    /// Numbers behind every point, which stay as they are.
+    pub(super) held: &'a [f64],
+    /// The robots.
+    pub(super) draws: &'a [Draw],
+    /// Spread of the first generation.
+    pub(super) step: f64,
+    /// Trials of the search by which it ends.
+    pub(super) until: u64,
+    /// Of the generations.
+    pub(super) seed: u64,
+}
+
+impl Round<'_> {
+    /// The gait of a point.
+    pub(super) fn motion(&self, point: &[f64]) -> Motion {
+        if self.held.is_empty() {
+            self.space.motion(point)
+        } else {
+            self.space.motion(&[point, self.held].concat())
+        }
+    }
+}
+
+impl Search<'_> {
+    /// CMA-ES from a point, again with another seed where it has converged; its
+    /// best points and the middle of where it ended.
+    pub(super) fn refine(
+        &self,
+        round: &Round<'_>,
+        from: Vec<f64>,
+        told: &mut Told<'_>,
+    ) -> Vec<(f64, Vec<f64>)> {
+        let trials = Mutex::new(told.trials);
+        let score = |point: &DVector<f64>| {
+            if self.stopped() {
+                // Ends the generation without a word on anything that was not tried.
+                return f64::NAN;
+            }
+            if let Ok(mut trials) = trials.lock() {
+                *trials += round.draws.len() as u64;
+            }
+            self.test.score(round.draws, &round.motion(point.as_slice()))
+        };
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut from = from;
+        let mut again = 0_u32;
+        while !self.stopped() && told.trials < round.until {
+            let options = CMAESOptions::new(from.clone(), round.step / f64::from(1 + again))
+                .population_size(POPULATION)
+                .seed(round.seed.wrapping_add(u64::from(again)));
+            let Ok(mut search) = options.build(score) else { break };
+            let mut best: Option<(f64, Vec<f64>)> = None;
+            loop {
+                let ended = search.next_parallel().is_some();
+                told.trials = trials.lock().map_or(told.trials, |trials| *trials);
+                if let Some(individual) = search.overall_best_individual() {
+                    best = Some((individual.value, individual.point.iter().copied().collect()));
+                }
+                let Some((score, point)) = &best else { break };
+                told.tell(*score, &round.motion(point));
+                if ended || self.stopped() || told.trials >= round.until {
+                    break;
+                }
+            }
+            let middle: Vec<f64> = search.mean().iter().copied().collect();
+            let middle_score = score(search.mean());
+            told.trials = trials.lock().map_or(told.trials, |trials| *trials);
+            let Some(best) = best else { break };
+            from.clone_from(&best.1);
+            found.push(best);
+            if !middle_score.is_nan() {
+                found.push((middle_score, middle));
+            }
+            again += 1;
+        }
+        found
+    }
+}
