@@ -12,7 +12,7 @@ AMP ?= 2.2
 # Arguments of bench-peers: PEERS="--rounds 3 --updates 400 --json"
 PEERS ?=
 
-# The rooms find each other below this folder.
+# The workspaces find each other's builds below this folder.
 unexport CARGO_TARGET_DIR
 
 .DEFAULT_GOAL := help
@@ -39,6 +39,7 @@ demo: firmware
 
 test: deps
 	scripts/setup-packages --checks
+	scripts/setup-checks
 	scripts/check
 
 # A folder without a pip of its own: that would need Debian's python3-venv.

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Ours against PyBullet, MuJoCo, PyTorch and Stable-Baselines3, in turns (make bench-peers).
+"""Compares ours with PyBullet, MuJoCo, PyTorch and Stable-Baselines3 (make bench-peers).
 
 The task, the learner's sizes and the steps an update are host/configs/paper.toml's,
-of which every round trains a stated fraction, evaluation included. Each kind of work
-takes its turn in every round; ratios are made within a round and printed with their
-spread. docs/learning.md, "Speed", says what differs between the engines. --check
-measures nothing but holds the peers' bodies and task against each other.
+of which every round trains a stated fraction, evaluation included. All kinds of work
+alternate in every round; ratios are made within a round and printed with their spread.
+docs/learning-reasons.md says what differs between the engines. --check measures nothing
+but compares the peers' bodies and task.
 """
 
 import argparse
@@ -187,8 +187,8 @@ def ours(host, updates):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("host", nargs="?", default="target/release/host", help="our command (%(default)s)")
-    parser.add_argument("--rounds", type=int, default=5, help="turns that everyone gets (%(default)s)")
-    parser.add_argument("--updates", type=int, default=1200, help="updates a training turn (%(default)s)")
+    parser.add_argument("--rounds", type=int, default=5, help="number of rounds (%(default)s)")
+    parser.add_argument("--updates", type=int, default=1200, help="updates of the training in each round (%(default)s)")
     parser.add_argument("--json", action="store_true", help="print one line of JSON on standard output")
     parser.add_argument("--check", action="store_true", help="check the peers' bodies and task, and stop")
     arguments = parser.parse_args()

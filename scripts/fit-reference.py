@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds `host fit --seam free` to scikit-learn: PolynomialFeatures(10) + LinearRegression.
+"""Checks `host fit --seam free` against scikit-learn: PolynomialFeatures(10) + LinearRegression.
 
 Check the fit of a trajectory, in units of action; here the authors' loop:
 
@@ -7,7 +7,7 @@ Check the fit of a trajectory, in units of action; here the authors' loop:
         --rows 973..1000 --map host/configs/authors-map.toml
 
 Without a trajectory, writes host/src/gait/fit/reference.json: a synthetic one, and
-scikit-learn's curve through it, which a test holds the fit to without Python.
+scikit-learn's curve through it, which a test compares the fit with, without Python.
 
 Needs `pip install scikit-learn numpy`, Python 3.11. Time runs from 0 at the
 first row to 1 at the last, as phase does with a free seam.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes host/src/learn/td3/agent/reference.json: what PyTorch makes of two TD3 updates.
+"""Writes host/src/learn/td3/agent/reference.json: the results of two TD3 updates in PyTorch.
 
 Independent of the Rust code: nn.Linear, autograd and torch.optim.Adam, in double
 precision, after Fujimoto et al. (2018), algorithm 1. Update 1 moves the critics

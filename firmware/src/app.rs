@@ -1,13 +1,12 @@
 //! The control loop: one [`App::poll`] after another, 60 frames a second.
 //!
-//! Owns the state of the robot and the order of things within a frame: the
+//! Holds the state of the robot and the order of things within a frame: the
 //! timer starts the servo burst, then the frame before is counted, telemetry
 //! goes out, and the next burst is computed and handed over. The board reads
-//! the sensor meanwhile.
-//! Bytes from the host and bytes for the persistent memory fill the gaps.
-//! Refuses to wait: every call returns within a few milliseconds. A chip that
-//! is lost while servos are on stops the robot, and it stays stopped until it
-//! is told otherwise.
+//! the sensor meanwhile. Bytes from the host and bytes for the persistent memory
+//! fill the gaps. No call waits: each returns within a few milliseconds. A chip that
+//! is lost while servos are on stops the robot, and it stays stopped until a command
+//! clears the fault. Does not depend on the board beyond the traits of [`crate::hal`].
 //!
 //! The board's light tells the state without a host: a wink a second is idle,
 //! an even blink is walking or on the way to or from it, steady light is holding,
@@ -23,15 +22,17 @@
 mod chips;
 mod commands;
 mod keeping;
+mod messages;
 mod walks;
 
 use heapless::Deque;
 use protocol::command::{CalibrationSource, Storage};
 use protocol::gait::Encoded;
-use protocol::{Amplitude, Calibration, Event, Fault, Refusal, Reply, ResetCause, State, Telemetry, WalkEnd};
+use protocol::{Amplitude, Calibration, Event, Fault, ResetCause, State, WalkEnd};
 
-use crate::hal::{Board, Bus, FrameClock, Panel, SerialRing, Watchdog};
-use crate::link::{self, Heard, Link, Message};
+use crate::chips::{ServoChip, ServoDriver};
+use crate::hal::{Board, FrameClock, Panel, SerialRing, ServoOutput, Watchdog};
+use crate::link::Link;
 use crate::player::{Frame, Mode, Player};
 use crate::power::{Readings, Sample, Trial};
 use crate::servos;
@@ -63,7 +64,7 @@ struct Ended {
     gait_crc32: u32,
 }
 
-/// The robot.
+/// All that the robot remembers between two calls.
 #[derive(Debug)]
 pub struct App {
     player: Player,
@@ -174,7 +175,7 @@ impl App {
 
     /// Servos off, chips configured, stored calibration and gait loaded.
     ///
-    /// A chip that does not answer is no fault yet: nothing moves, and
+    /// A chip that does not answer is not a fault yet: nothing moves, and
     /// [`protocol::Command::Walk`] looks again.
     #[inline(never)]
     pub fn boot(&mut self, board: &mut impl Board, boot: Boot) {
@@ -184,7 +185,7 @@ impl App {
         let _ = self.configure_chips(board);
         // There is no sample yet.
         self.sensor_misses = 1;
-        // Nobody has seen the button up: one that is down now is no press.
+        // A button that is held down from the start is not a press.
         self.is_button_down = true;
         self.load_start_gait(board);
         // The first frame's burst comes before the first is computed: unstaged, it
@@ -274,85 +275,14 @@ impl App {
 
     /// Hands over the burst of the coming frame.
     fn stage(&mut self, board: &mut impl Board) {
-        let mut burst = servos::limp_burst();
+        let mut burst = ServoChip::limp_burst();
         if let Some(Nudge { channel, counts }) = self.nudge {
-            servos::set_pulse(&mut burst, channel, counts);
+            ServoChip::set_pulse(&mut burst, channel, counts);
         } else if self.staged.servos_on || self.staged.gait {
             // A rehearsal is to find out what would be held at a limit, and no more.
             let Frame { servos_on, clipped, .. } = &mut self.staged;
             *clipped |= servos::set_pulses(&mut burst, self.player.pose(), &self.calibration, *servos_on);
         }
-        board.bus().stage(&burst);
-    }
-
-    const fn stream_every(&mut self, frames: u8) {
-        self.telemetry_every = frames;
-        self.telemetry_in = 0;
-    }
-
-    #[inline(never)]
-    fn send_telemetry(&mut self, board: &mut impl Board) {
-        if self.telemetry_every == 0 {
-            return;
-        }
-        self.telemetry_in = self.telemetry_in.saturating_sub(1);
-        if self.telemetry_in > 0 {
-            return;
-        }
-        self.telemetry_in = self.telemetry_every;
-        let telemetry = Telemetry {
-            uptime_frames: self.uptime_frames,
-            state: self.state(),
-            trial_frames: self.trial.frames,
-            trial_energy_uj: self.trial.energy_uj,
-            clipped_frames: self.trial.clipped_frames,
-            phase: self.live.phase,
-            bus_mv: self.sample.bus_mv(),
-            current_ua: self.sample.current_ua(),
-            missed_samples: self.trial.missed_samples,
-        };
-        link::send(board.serial(), &Message::Telemetry(&telemetry));
-    }
-
-    #[inline(never)]
-    fn listen(&mut self, board: &mut impl Board) {
-        // One request a turn: the bus and the next frame are looked at between them.
-        let Some(heard) = self.link.listen(board.serial()) else { return };
-        if !matches!(heard, Heard::Unknown(_)) {
-            self.silent_frames = 0;
-        }
-        let (seq, outcome) = match heard {
-            Heard::Command(seq, command) => {
-                self.streamed = matches!(command, link::Command::Setpoints { .. });
-                let Some(outcome) = self.obey(board, seq, &command) else { return };
-                self.link.remember(outcome);
-                (seq, outcome)
-            }
-            Heard::Repeat(seq, outcome) => (seq, outcome),
-            Heard::Unknown(seq) => (seq, Err(Refusal::Unknown)),
-        };
-        let reply = match outcome {
-            Err(refusal) => Reply::Refused(refusal),
-            Ok(()) if self.streamed => Reply::Buffered(self.upload.waiting()),
-            Ok(()) => Reply::Done,
-        };
-        link::answer(board.serial(), seq, &reply);
-    }
-
-    fn tell(&mut self, event: Event) {
-        // Four at once never happen within a message's time; the newest counts.
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        let _ = self.events.push_back(event);
-    }
-
-    #[inline(never)]
-    fn report(&mut self, board: &mut impl Board) {
-        if let Some(&event) = self.events.front()
-            && link::send(board.serial(), &Message::Event(event))
-        {
-            self.events.pop_front();
-        }
+        board.servos().stage(&burst);
     }
 }

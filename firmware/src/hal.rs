@@ -1,14 +1,15 @@
 //! What embedded-hal lacks: frames, bursts and readings by interrupt, a serial ring, memory, a panel.
 //!
-//! Owns the line between logic and board. Nothing here may wait without a
-//! bound; where a call can take longer than a few microseconds, it says so.
+//! Holds the traits between logic and board. Nothing here may wait without a
+//! bound; where a call can take longer than a few microseconds, it says so. Does
+//! not depend on any chip's registers, nor on the processor.
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
 use protocol::gait::Product;
 
-use crate::servos::ServoBurst;
+use crate::chips::{Reading, ServoBurst};
 
 /// The frame timer, 60 frames a second without drift.
 pub trait FrameClock {
@@ -30,21 +31,8 @@ pub enum BurstState {
     Failed,
 }
 
-/// Both of the sensor's inputs, as its registers have them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Reading {
-    /// Register 2: the voltage in the upper 13 bits, flags below.
-    pub bus: u16,
-    /// Register 1.
-    pub shunt: i16,
-}
-
-/// The I2C bus with a burst and readings that the board starts by itself.
-///
-/// Transactions through [`I2c`] end within 3 ms, whatever hangs on the bus: half
-/// of it may pass until the burst is over. A transfer that did not end, of
-/// either kind, leaves a bus that has been clocked free.
-pub trait Bus: I2c {
+/// The servo driver's side of the bus: a burst that the board sends by itself.
+pub trait ServoOutput {
     /// Hands over what the servos get at the next frame start.
     ///
     /// Without a new burst a frame repeats the one before.
@@ -52,20 +40,20 @@ pub trait Bus: I2c {
 
     /// How this frame's burst went.
     fn burst(&mut self) -> BurstState;
+}
 
+/// The power sensor's side of the bus: readings that the board takes by itself.
+pub trait PowerReadings {
     /// Readings that wait for [`Self::take_reading`]; 7 at most, then some are lost.
     fn readings(&self) -> u8;
 
-    /// The oldest reading that the board took by itself and nobody has seen.
+    /// The oldest reading that was not taken yet.
     ///
-    /// It takes [`READINGS_PER_FRAME`], evenly, and fewer where the bus was in use
-    /// or the sensor did not answer.
+    /// The board makes [`READINGS_PER_FRAME`], evenly, and fewer where the bus was
+    /// in use or the sensor did not answer.
     ///
     /// [`READINGS_PER_FRAME`]: crate::power::READINGS_PER_FRAME
     fn take_reading(&mut self) -> Option<Reading>;
-
-    /// Transfers that failed since the start, those of the board itself included.
-    fn errors(&self) -> u16;
 }
 
 /// The serial port behind its two rings.
@@ -102,7 +90,7 @@ pub trait PersistentMemory {
     /// The byte at `at`.
     fn read(&mut self, at: u16) -> u8;
 
-    /// Starts writing one byte, and returns at once.
+    /// Starts writing one byte, and returns immediately.
     fn write(&mut self, at: u16, byte: u8);
 }
 
@@ -126,8 +114,16 @@ pub trait Panel {
 
 /// A board: one of each.
 pub trait Board {
-    /// The bus with both chips.
-    type Bus: Bus;
+    /// The two-wire bus for the main loop's own transfers.
+    ///
+    /// They end within 3 ms, whatever is connected: half of it may pass until the
+    /// frame's burst is over. A transfer that did not end leaves a bus that has
+    /// been clocked free.
+    type I2c: I2c;
+    /// Where the servos' pulses go.
+    type Servos: ServoOutput;
+    /// Where the power sensor's readings come from.
+    type Sensor: PowerReadings;
     /// How its processor multiplies.
     type Product: Product;
     /// The frame timer.
@@ -143,11 +139,15 @@ pub trait Board {
     /// What shows the state without a host.
     type Panel: Panel;
 
-    /// The bus with both chips.
-    fn bus(&mut self) -> &mut Self::Bus;
-    /// The frame timer.
+    /// For transfers of the main loop's own.
+    fn i2c(&mut self) -> &mut Self::I2c;
+    /// Where a frame's burst is handed over.
+    fn servos(&mut self) -> &mut Self::Servos;
+    /// Where a frame's readings are taken.
+    fn sensor(&mut self) -> &mut Self::Sensor;
+    /// Where a frame is noticed.
     fn clock(&mut self) -> &mut Self::Clock;
-    /// Waits of microseconds; a value of its own, because the bus is in use meanwhile.
+    /// Waits of microseconds; a separate value, because the bus is borrowed meanwhile.
     fn delay(&self) -> Self::Delay;
     /// The port to the host.
     fn serial(&mut self) -> &mut Self::Serial;
@@ -157,6 +157,8 @@ pub trait Board {
     fn watchdog(&mut self) -> &mut Self::Watchdog;
     /// What shows the state without a host.
     fn panel(&mut self) -> &mut Self::Panel;
+    /// Bus transfers of any kind that failed since the start.
+    fn bus_errors(&self) -> u16;
     /// Bytes between static memory and the deepest stack so far.
     fn stack_left(&self) -> u16;
 }

@@ -1,15 +1,17 @@
-//! Everything the robot does, and none of the hardware it does it on.
+//! Everything the robot does, without the hardware that it runs on.
 //!
-//! Owns the control loop ([`app`]), what it says and hears ([`link`]), time to
-//! setpoints ([`player`]), angles to pulses ([`limits`]), the two chips
-//! ([`servos`], [`power`]), uploads ([`upload`]) and the stored gait
-//! ([`store`]). The board is behind the traits of [`hal`], so what can go wrong
-//! on the bench is tested on a laptop. Refuses registers, interrupts, floating
-//! point, allocation, unbounded waits, and strings: an AVR keeps those in RAM.
+//! Holds the control loop ([`app`]), messages in and out ([`link`]), time to
+//! setpoints ([`player`]), angles to pulses ([`servos`]), readings to energy
+//! ([`power`]), the chips ([`chips`]), bounds ([`limits`]), uploads ([`upload`]) and
+//! the stored gaits ([`store`]). The board is behind the traits of [`hal`], so what
+//! can go wrong on the bench is tested on a laptop. Does not depend on registers,
+//! interrupts, floating point, allocation, unbounded waits, or strings: an AVR keeps
+//! those in RAM.
 #![no_std]
 #![forbid(unsafe_code)]
 
 pub mod app;
+pub mod chips;
 pub mod hal;
 pub mod limits;
 pub mod link;

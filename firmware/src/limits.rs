@@ -1,7 +1,8 @@
 //! Every bound that the program itself keeps.
 //!
-//! Owns the numbers; the code around it holds none. Gait limits travel with the
-//! gait, those of servos, board and supply with the calibration.
+//! Holds the numbers; the code around it has none. Gait limits travel with the
+//! gait, those of servos, board and supply with the calibration. Does not depend on
+//! the code that keeps them.
 
 use protocol::{Amplitude, Angle, Speed};
 

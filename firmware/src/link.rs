@@ -1,9 +1,9 @@
 //! Bytes to requests, messages to bytes.
 //!
-//! Owns the frame being received, and the memory of the last request, so that
-//! a repeated one is answered again and not carried out twice. Refuses to take
-//! a request while its answer could not be queued, and to send half a message:
-//! one that finds no room is dropped whole.
+//! Holds the frame being received, and the outcome of the last request, so that
+//! a repeated one is answered again and not carried out twice. A request waits until
+//! its answer can be queued, and a message that finds no room is dropped whole. Does
+//! not depend on what a request does.
 
 use protocol::command::MAX_CHUNK_LEN;
 use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request};
@@ -60,13 +60,13 @@ pub enum Message<'a> {
     },
     /// One sample of the stream.
     Telemetry(&'a Telemetry),
-    /// Something happened that nobody asked about.
+    /// Something happened without a request.
     Event(Event),
 }
 
 /// What a frame from the wire asks for.
 #[derive(Debug)]
-pub enum Heard {
+pub enum Incoming {
     /// Carry it out, and answer.
     Command(u8, Command),
     /// Answer it as the last time.
@@ -115,7 +115,7 @@ impl Link {
     }
 
     /// Reads the port until a request is complete, or its ring is empty.
-    pub fn listen(&mut self, serial: &mut impl SerialRing) -> Option<Heard> {
+    pub fn listen(&mut self, serial: &mut impl SerialRing) -> Option<Incoming> {
         // The answer must find room: unread bytes wait in the ring meanwhile.
         while serial.is_worth_reading() && usize::from(serial.room()) >= MAX_FRAME_LEN {
             if !self.decoder.collect(serial.received()) {
@@ -132,17 +132,17 @@ impl Link {
             };
             let crc = self.decoder.checksum();
             if self.remembers && self.last_seq == seq && self.last_crc == crc {
-                return Some(Heard::Repeat(seq, self.last_outcome));
+                return Some(Incoming::Repeat(seq, self.last_outcome));
             }
-            // Whoever asks something else has had that answer. Kept, it would
-            // swallow an equal request when the numbers have come round.
+            // A host that asks something else has received that answer. Remembered, it
+            // would swallow an equal request when the numbers have come round.
             self.remembers = false;
             (self.last_seq, self.last_crc) = (seq, crc);
             return Some(match frame::parse::<Request<Tail>>(self.decoder.body()) {
-                Ok(request) => Heard::Command(request.seq, request.command),
+                Ok(request) => Incoming::Command(request.seq, request.command),
                 Err(_) => {
                     self.bad_frames = self.bad_frames.saturating_add(1);
-                    Heard::Unknown(seq)
+                    Incoming::Unknown(seq)
                 }
             });
         }

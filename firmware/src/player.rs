@@ -1,9 +1,10 @@
 //! Plays the active gait, or a stream of setpoints: frames in, eight angles out.
 //!
-//! Owns the phase, the pose and the pace, and nothing else, so tests step it
-//! without a clock. Every change of target, first pose, new gait or stand, is
-//! approached at bounded joint speed; only the gait itself sets the speed of
-//! walking. Refuses nothing: what may start when is for [`crate::app`] to say.
+//! Holds the phase, the pose and the pace. Every change of target, first pose, new
+//! gait or stand, is approached at bounded joint speed; only the gait itself sets the
+//! speed of walking. Does not depend on a clock, so tests step it, nor on what may
+//! start when, which is in [`crate::app`]. Longer than most files: the modes and the
+//! steps between them are one state.
 
 use protocol::gait::{Encoded, Product, scaled_phase_step};
 use protocol::{Amplitude, Angle, JOINT_COUNT, Joint, Speed};
@@ -11,7 +12,7 @@ use protocol::{Amplitude, Angle, JOINT_COUNT, Joint, Speed};
 use crate::limits::{AMPLITUDE_STEP_UNITS, ENTRY_STEP_UNITS, HOLD_FRAMES, RISING_FRAMES, SPEED_STEP_UNITS};
 use crate::upload::Upload;
 
-/// What the player is about.
+/// What the player is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     /// Servos off.
@@ -44,10 +45,10 @@ impl Frame {
     pub const LIMP: Self = Self { servos_on: false, gait: false, clipped: false, phase: 0 };
 }
 
-/// What a step came to.
+/// Result of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// On it goes.
+    /// The walk goes on.
     Goes,
     /// The frames that were asked for are played.
     Finished,
@@ -99,7 +100,7 @@ impl Player {
         }
     }
 
-    /// What the player is about.
+    /// What the player is doing.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode
@@ -123,7 +124,7 @@ impl Player {
         self.is_walking() && self.streams
     }
 
-    /// Whether it stands in mid stride because it was told to.
+    /// Whether it stands in mid stride at speed 0.
     #[must_use]
     pub const fn is_paused(&self) -> bool {
         matches!(self.mode, Mode::Walking) && !self.streams && self.speed_units == 0
@@ -203,7 +204,7 @@ impl Player {
         }
     }
 
-    /// Servos off, now.
+    /// Servos off from the next frame on.
     pub const fn go_limp(&mut self) {
         self.mode = Mode::Limp;
     }

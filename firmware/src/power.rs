@@ -1,23 +1,14 @@
-//! The INA219, and the energy of a trial.
+//! The readings of a frame as one sample, and the energy of a trial.
 //!
-//! Owns the sensor's configuration, what its readings of a frame come to, and
-//! the integral. Integer arithmetic only; the integral carries its remainder,
-//! so it is exact over any number of frames. Refuses to count a frame without a
-//! sample: the one before stands in, and the trial says how often.
+//! Holds what the readings of a frame add up to, and the integral. Integer
+//! arithmetic only; the integral carries its remainder, so it is exact over any
+//! number of frames. A frame without a sample counts with the one before, and the
+//! trial says how often. Does not depend on the sensor beyond its role.
 
-use embedded_hal::i2c::I2c;
-use ina219::SyncIna219;
-use ina219::address::{Address, Pin};
-use ina219::calibration::UnCalibrated;
-use ina219::configuration::{
-    BusVoltageRange, Configuration, MeasuredSignals, OperatingMode, Reset, Resolution, ShuntVoltageRange,
-};
 use protocol::FRAME_RATE_HZ;
 
-use crate::hal::Reading;
+use crate::chips::{MV_PER_COUNT, PowerSensor, Reading, SensorChip, UA_PER_COUNT};
 
-/// Bus address with A0 high: both chips come out of the box at 0x40.
-pub const ADDRESS: u8 = 0x41;
 /// How often a frame the board reads the sensor.
 ///
 /// Servo current pulses with the PWM, which runs free of the frames, at 59.8 Hz
@@ -28,12 +19,6 @@ pub const ADDRESS: u8 = 0x41;
 /// quarter off; another prescaler moves them on.
 pub const READINGS_PER_FRAME: u8 = 9;
 
-/// Bus voltage per count.
-const MV_PER_COUNT: u16 = 4;
-/// Current per count of 10 uV across 0.1 ohm.
-const UA_PER_COUNT: i32 = 100;
-/// The shunt register at the end of its /8 range: 320 mV.
-const SHUNT_FULL_SCALE: u16 = 32_000;
 const COUNTS_PER_MA: i32 = 1_000 / UA_PER_COUNT;
 /// One product of counts is 4 mV * 100 uA for a reading's share of 1/60 s, 400 /
 /// 60 / 9 nJ: this many products make a microjoule.
@@ -41,34 +26,15 @@ const PRODUCTS_PER_UJ: u32 = READINGS_PER_FRAME as u32 * FRAME_RATE_HZ * 1_000 /
 
 const _: () = assert!(PRODUCTS_PER_UJ == 1_350 && PRODUCTS_PER_UJ < 1 << 11);
 
-/// Short conversions, one after the other: 10 bits take 0.15 ms for each input,
-/// so that a reading's current and voltage belong together. Averaged over longer
-/// times they do not: while current pulses, the voltage sags, and the product of
-/// two means is not the mean of the products.
-const CONFIGURATION: Configuration = Configuration {
-    reset: Reset::Run,
-    bus_voltage_range: BusVoltageRange::Fsr16v,
-    shunt_voltage_range: ShuntVoltageRange::Fsr320mv,
-    bus_resolution: Resolution::Res10Bit,
-    shunt_resolution: Resolution::Res10Bit,
-    operating_mode: OperatingMode::Continous(MeasuredSignals::ShutAndBusVoltage),
-};
+// Nine squares of 16 bits, in units of 256, times the shunt's drop.
+const _: () = assert!(SensorChip::SHUNT_DROP_Q14 as i64 * READINGS_PER_FRAME as i64 * (1 << 22) < 1 << 31);
 
-/// Why the sensor cannot be used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SensorFault {
-    /// No acknowledge, or a stuck bus.
-    NoAnswer,
-    /// It answers, but what was written does not read back.
-    WrongConfiguration,
-}
-
-/// Why a frame has no sample of its own.
+/// Why a frame has no sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missed {
     /// Not one reading: no acknowledge, or a stuck bus.
     NoAnswer,
-    /// The current was beyond the sensor's 3.2 A.
+    /// The current was beyond the sensor's range.
     Saturated,
 }
 
@@ -141,8 +107,8 @@ impl Readings {
 
     /// Adds a reading.
     pub fn add(&mut self, reading: Reading) {
-        (self.bus, self.shunt) = (reading.bus >> 3, reading.shunt);
-        self.is_saturated |= self.shunt.unsigned_abs() >= SHUNT_FULL_SCALE;
+        (self.bus, self.shunt) = SensorChip::counts(reading);
+        self.is_saturated |= self.shunt.unsigned_abs() >= SensorChip::FULL_SCALE;
         self.add_last();
     }
 
@@ -157,7 +123,7 @@ impl Readings {
         self.squares += (shunt * shunt) >> 8;
     }
 
-    /// Closes the frame; the last reading stands in for those that are missing.
+    /// Closes the frame; the last reading is repeated for those that are missing.
     ///
     /// `shunt_gain_q14` corrects the shunt's counts: its resistor is 0.1 ohm to
     /// within a per cent, and the board's leads add to it.
@@ -177,9 +143,9 @@ impl Readings {
             return Err(Missed::Saturated);
         }
         // The bus voltage is taken behind the shunt, whose own drop belongs to the
-        // battery's energy as well: 6 % at 3 A. A bus count is 400 shunt counts;
-        // 41/64 of 1/256 is 1/400 to a thousandth, without a division.
-        let lost = (all.squares * 41) >> 6;
+        // battery's energy as well: 6 % at 3 A. Of the drop's 14 bits, 8 are in the
+        // unit of the squares.
+        let lost = (all.squares * SensorChip::SHUNT_DROP_Q14) >> 6;
         Ok(Sample {
             bus_counts: mean(i32::from(all.bus_sum)) as u16,
             shunt_counts: corrected(mean(all.shunt_sum), shunt_gain_q14),
@@ -199,29 +165,6 @@ fn mean(sum: i32) -> i32 {
 fn corrected(value: i32, gain_q14: u16) -> i32 {
     let gain = i32::from(gain_q14);
     (value >> 14) * gain + (((value & 0x3FFF) * gain) >> 14)
-}
-
-fn chip<B: I2c>(bus: &mut B) -> SyncIna219<&mut B, UnCalibrated> {
-    const PINS: Address = Address::from_pins(Pin::Vcc, Pin::Gnd);
-    SyncIna219::new_unchecked(bus, PINS, UnCalibrated)
-}
-
-/// Configures the sensor, and reads back that it took it.
-///
-/// # Errors
-/// What is wrong with the sensor.
-pub fn configure(bus: &mut impl I2c) -> Result<(), SensorFault> {
-    chip(bus).set_configuration(CONFIGURATION).map_err(|_| SensorFault::NoAnswer)?;
-    check(bus)
-}
-
-/// Whether the sensor still has its configuration, which a brown-out takes.
-///
-/// # Errors
-/// What is wrong with the sensor.
-pub fn check(bus: &mut impl I2c) -> Result<(), SensorFault> {
-    let configuration = chip(bus).configuration().map_err(|_| SensorFault::NoAnswer)?;
-    if configuration == CONFIGURATION { Ok(()) } else { Err(SensorFault::WrongConfiguration) }
 }
 
 /// The figures of one trial.

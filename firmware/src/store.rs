@@ -1,11 +1,13 @@
 //! What survives power-off: gaits, the calibration, the last trial.
 //!
-//! Owns the layout of the persistent memory and writes it a byte whenever the
+//! Holds the layout of the persistent memory and writes it a byte whenever the
 //! memory is ready, so saving never holds up a frame. A place counts only with
 //! its mark, which is cleared first and set last, after the rest has been read
 //! back. A gait or calibration goes to a free place and the one it replaces is
 //! given up last of all: whenever the power goes, one of them is whole. The one
-//! trial is simply lost then. Refuses to write over a gait.
+//! trial is simply lost then. A gait is never written over. Does not depend on what
+//! a gait or a calibration means, nor on which is active. Longer than most files:
+//! the layout and what reads it change together.
 //!
 //! | from | place | bytes |
 //! |---|---|---|
@@ -28,7 +30,7 @@ use protocol::{Amplitude, Calibration, GAIT_SLOTS, Name, Refusal};
 use crate::hal::PersistentMemory;
 use save::Job;
 
-/// Amplitude and length.
+/// Amplitude and length, 2 bytes each.
 const GAIT_HEAD_LEN: u16 = 4;
 const CRC_LEN: u16 = 2;
 /// Bytes of a place for gaits.
@@ -66,7 +68,7 @@ pub enum Kind {
 /// How a save ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Saved {
-    /// What it was.
+    /// What was saved.
     pub kind: Kind,
     /// Whether it reads back as written; if not, what it was to replace is as it was.
     pub verified: bool,
@@ -84,8 +86,8 @@ impl Default for Store {
     }
 }
 
-/// What stands for `slot`: a byte whose writing was cut short has some of its
-/// zeros missing, and is no other slot's.
+/// The code of `slot`: a byte whose writing was cut short has some of its zeros
+/// missing, and is not the code of another slot.
 const fn start_code(slot: u8) -> u8 {
     3 << (2 * slot)
 }
@@ -215,7 +217,7 @@ impl Store {
         (0..GAIT_SLOTS).find(|&slot| gait_head(memory, slot).is_none()).ok_or(Refusal::StorageFull)
     }
 
-    /// Starts saving the gait of `encoding`, which must stay as it is meanwhile.
+    /// Starts saving the gait of `encoding`, which must not change meanwhile.
     pub fn save_gait(&mut self, slot: u8, amplitude: Amplitude, encoding: &[u8]) {
         let len = encoding.len() as u16;
         self.begin(Kind::Gait, slot, head_of(amplitude, len), encoding);

@@ -1,9 +1,9 @@
 //! Collects what comes in pieces, and holds the setpoints of a stream.
 //!
-//! Owns the one buffer that encoded gaits and calibrations pass through, from
+//! Holds the one buffer that encoded gaits and calibrations pass through, from
 //! the wire or from memory; a stream borrows it, so uploads and streams exclude
-//! each other. Refuses pieces outside the announced length or beyond a gap, and
-//! to call a table whole while a byte of it is missing.
+//! each other. A piece outside the announced length or beyond a gap is refused, and
+//! a table is whole only with every byte. Does not depend on what the bytes mean.
 
 use protocol::gait::MAX_ENCODED_LEN;
 use protocol::{Angle, JOINT_COUNT, Refusal, STREAM_CAPACITY};

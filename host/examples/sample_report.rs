@@ -4,17 +4,20 @@
 //! for it: it shows how a report looks, and is what `scripts/check` looks at in
 //! a browser.
 
+use host::experiment::materials::{GaitNote, LearnedStride};
 use host::experiment::method::Method;
-use host::experiment::study::{Claim, GaitNote, LearnedStride, LegStudy, Parameter, Study, Venue};
+use host::experiment::study::{Claim, LegStudy, Parameter, Study, Venue};
 use host::experiment::summary::{Planned, best, conditions};
 use host::experiment::trial::{Place, Raw, Trial, mark_reversed};
-use host::experiment::{figures, paper, report};
+use host::experiment::{figures, report};
 use host::gait::stride::Sample;
 use host::learn::curves::{RunCurves, SeedCurve};
 use host::learn::td3::curve::CurvePoint;
-use host::robot::Robot;
+use host::paper;
+use host::robot::{LegScale, Robot};
 use host::run_folder;
 use miette::IntoDiagnostic as _;
+use protocol::JOINT_COUNT;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -41,7 +44,7 @@ fn sample() -> Study {
     let mut planned = Vec::new();
     let mut trials = Vec::new();
     for leg in paper::LEGS {
-        for method in Method::GAITS {
+        for method in Method::gaits() {
             for amplification in paper::AMPLIFICATIONS {
                 let place = Place { method, leg, amplification };
                 let beyond = method == Method::Original && amplification > 1.9;
@@ -62,12 +65,12 @@ fn sample() -> Study {
         conditions,
         claims: claims(),
         trials,
-        descriptions: Robot::ant(1.0).iter().map(description).collect(),
+        descriptions: Robot::ant(LegScale::LONG).iter().map(description).collect(),
         parameters: [("what this is", NOTE), ("trial", "12 s"), ("seed of the perturbations", "0")]
             .map(|(name, value)| Parameter { name: name.into(), value: value.into() })
             .to_vec(),
         skipped: vec![NOTE.into(), "the authors\u{2019} tables: --reference-tables was not given".into()],
-        books: Vec::new(),
+        energy: Vec::new(),
         prepare_wall_s: 4_520.0,
         wall_s: 143.2,
     }
@@ -76,12 +79,12 @@ fn sample() -> Study {
 /// Cost falls with the amplification, and rises again where the robot slips.
 fn walk(place: Place, number: u32) -> Trial {
     let Place { method, leg, amplification } = place;
-    let rank = Method::ALL.iter().position(|&other| other == method).unwrap_or_default() as f64;
+    let rank = method as u8 as f64;
     let jitter = 0.02 * (f64::from(number) - 1.0) * (1.0 + 0.5 * (7.0 * amplification + rank).sin());
-    let top_m_s = 0.125 + 0.006 * rank - 0.02 * (1.0 - leg);
+    let top_m_s = 0.125 + 0.006 * rank - 0.02 * (1.0 - leg.value());
     let speed_m_s = (top_m_s - 0.04 * (2.1 - amplification).powi(2)).max(0.03) * (1.0 + jitter);
     let power_w = (0.55 + 0.16 * amplification - 0.02 * rank) * (1.0 - jitter / 3.0);
-    let fell = method == Method::Psto && leg < 0.7 && amplification < 1.1 && number == 0;
+    let fell = method == Method::Psto && leg == LegScale::SHORT && amplification < 1.1 && number == 0;
     let raw = Raw {
         duration_s: paper::TRIAL_S,
         energy_j: power_w * paper::TRIAL_S,
@@ -93,7 +96,7 @@ fn walk(place: Place, number: u32) -> Trial {
     Trial::of(place, number, &raw, "")
 }
 
-fn leg_study(leg: f64) -> LegStudy {
+fn leg_study(leg: LegScale) -> LegStudy {
     let gait = |method: Method| GaitNote {
         method,
         command: format!("host experiment --retrain --method {} --leg {leg} --seed 3", method.name()),
@@ -106,9 +109,9 @@ fn leg_study(leg: f64) -> LegStudy {
     };
     LegStudy {
         leg,
-        gaits: Method::GAITS.map(gait).to_vec(),
+        gaits: Method::gaits().map(gait).collect(),
         learning: Some(RunCurves {
-            label: format!("{leg} L"),
+            label: format!("{leg}"),
             seeds: (0..3).map(|seed| learned(leg, seed)).collect(),
             without_curve: vec![],
         }),
@@ -116,11 +119,11 @@ fn leg_study(leg: f64) -> LegStudy {
     }
 }
 
-fn learned(leg: f64, seed: u64) -> SeedCurve {
+fn learned(leg: LegScale, seed: u64) -> SeedCurve {
     let point = |step: u64| {
         let share = step as f64 / 40.0;
         let wobble = 40.0 * (step as f64 + seed as f64 * 2.0).sin();
-        let reward = leg * 1_500.0 * (1.0 - (-4.0 * share).exp()) + wobble;
+        let reward = leg.value() * 1_500.0 * (1.0 - (-4.0 * share).exp()) + wobble;
         CurvePoint {
             env_steps: step * 25_000,
             updates: step * 2_500,
@@ -136,20 +139,20 @@ fn learned(leg: f64, seed: u64) -> SeedCurve {
     SeedCurve { name: format!("seed-{seed}"), points: (0..=40).map(point).collect() }
 }
 
-fn stride(leg: f64) -> LearnedStride {
+fn stride(leg: LegScale) -> LearnedStride {
     const ROWS: usize = 90;
     let sample = |row: usize| -> Sample {
         let phase = TAU * row as f64 / ROWS as f64;
         std::array::from_fn(|joint| {
             let shift = joint as f64 * 0.8;
             let fine = 0.05 * (9.0 * phase + shift).sin();
-            0.35 * leg * (phase + shift).sin() + 0.15 * (2.0 * phase + shift).cos() + fine
+            0.35 * leg.value() * (phase + shift).sin() + 0.15 * (2.0 * phase + shift).cos() + fine
         })
     };
     LearnedStride {
         period_s: 1.5,
         samples: (0..ROWS).map(sample).collect(),
-        deviations: vec![[0.07; 8]; ROWS],
+        deviations: vec![[0.07; JOINT_COUNT]; ROWS],
     }
 }
 

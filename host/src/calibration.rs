@@ -1,14 +1,15 @@
-//! How one robot is built, as people measure it: microseconds, degrees, ohms, volts.
+//! How one robot is built, in units that people measure: microseconds, degrees, ohms, volts.
 //!
-//! Owns the TOML and the conversion to the robot's own record,
-//! which counts in steps of the PCA9685's oscillator. Refuses every value that
-//! the robot would refuse, and pulses that no servo takes, by name and with
-//! their limits. Moves nothing; `host calibrate` does.
+//! Holds the TOML file and the conversion to the robot's own record, which counts in
+//! steps of the PCA9685's oscillator. Values that the robot would refuse, and pulses
+//! outside the range of servos, are errors that name the value and its limits. Does
+//! not depend on a link to a robot.
 
 mod document;
 
 pub use document::CalibrationFileError;
 
+use crate::pwm::count_us;
 use protocol::calibration::{
     BoardCalibration, JointCalibration, MAX_COUNTS, MAX_PRESCALE, MIN_PRESCALE, UNITY_GAIN_Q14,
 };
@@ -67,37 +68,29 @@ pub struct JointSetup {
     pub min_us: f64,
     /// Longest pulse that it is sent.
     pub max_us: f64,
-    /// Whether somebody measured it, or it is a default still.
+    /// Whether it was measured, or is still the default.
     pub is_measured: bool,
 }
 
-/// Which value no robot takes.
+/// A value that no robot accepts.
 #[derive(Debug, Clone, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum BadCalibration {
     /// A number is out of its range.
     #[error("{whose}: {field} is {value}; it must be within {min} to {max} {unit}")]
     Value {
         /// `board`, or the joint.
         whose: &'static str,
-        /// Which number.
         field: &'static str,
-        /// What it is.
         value: f64,
-        /// Least allowed.
         min: f64,
-        /// Most allowed.
         max: f64,
-        /// Of all three.
         unit: &'static str,
     },
     /// Two joints on one output.
     #[error("{} and {} both have channel {channel}", .joints[0].name(), .joints[1].name())]
-    SharedChannel {
-        /// The two.
-        joints: [Joint; 2],
-        /// The output.
-        channel: u8,
-    },
+    SharedChannel { joints: [Joint; 2], channel: u8 },
 }
 
 impl Board {
@@ -183,7 +176,7 @@ impl JointSetup {
 }
 
 impl RobotCalibration {
-    /// The record of a robot; nobody knows which of its joints were measured.
+    /// From a robot's record, which does not say which joints were measured.
     #[must_use]
     pub fn from_record(record: &Calibration) -> Self {
         let board = record.board();
@@ -257,12 +250,6 @@ fn within(
 /// Pulses a second at a prescaler.
 fn rate_hz(oscillator_mhz: f64, prescale: u8) -> f64 {
     oscillator_mhz * 1e6 / COUNTS_A_PERIOD / (f64::from(prescale) + 1.0)
-}
-
-/// Duration of one PWM count: 4.08 us for the authors' 25 MHz and 60 Hz.
-#[must_use]
-pub fn count_us(board: &BoardCalibration) -> f64 {
-    (f64::from(board.prescale) + 1.0) / (f64::from(board.oscillator_khz) / 1e3)
 }
 
 /// The oscillator that makes `measured_hz` of the prescaler in use.

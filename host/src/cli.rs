@@ -1,9 +1,28 @@
 //! The command line: one module a subcommand, each with `Args` and `run`.
+//!
+//! Holds the choice of the subcommand and the exit codes. A subcommand does not
+//! depend on another one.
 
 // First: its macros are in force below it.
 #[macro_use]
 mod output;
 
+// What several subcommands need, and none owns.
+mod explain;
+mod help;
+mod material;
+#[cfg(feature = "train")]
+mod new_gait;
+mod ranges;
+mod reach;
+mod recording;
+mod robots;
+#[cfg(feature = "train")]
+mod steps;
+#[cfg(feature = "train")]
+mod virtual_robot;
+
+// The subcommands: `help` has them in groups.
 #[cfg(feature = "torch")]
 mod bench;
 mod calibrate;
@@ -13,62 +32,52 @@ mod curves;
 mod demo;
 #[cfg(feature = "train")]
 mod experiment;
-mod explain;
 mod fit;
 mod gaits;
 mod measure;
 #[cfg(feature = "train")]
-mod new_gait;
-#[cfg(feature = "train")]
 mod optimise;
 mod play;
-mod reach;
 #[cfg(feature = "train")]
 mod record;
-mod recording;
-mod robots;
 mod set;
 mod simulate;
 #[cfg(feature = "train")]
 mod sinusoid;
 mod status;
-#[cfg(feature = "train")]
-mod steps;
 mod stop;
 #[cfg(feature = "train")]
 mod train;
 mod twin;
 mod upload_gait;
-#[cfg(feature = "train")]
-mod virtual_robot;
 mod walk;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Energy-efficient gaits for a small quadruped: train, fit, upload, measure.
 #[derive(Debug, Parser)]
-#[command(name = "host", version, after_help = EXIT_CODES)]
+#[command(name = "host", version)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
-const EXIT_CODES: &str = "\
-Exit codes:
-    0  done
-    1  failed for a reason of the machine's: disk, memory, libtorch
-    2  unusable flags
-    3  unusable input: a file, a gait outside its limits, a missing column
-    4  no robot: no port, no answer, the link broke
-    5  the robot refused or stopped by itself
-  130  interrupted; what was reached is saved";
+impl Cli {
+    /// The command line of this process; ends it after `--help`, `--version` or an unknown flag.
+    #[must_use]
+    pub fn from_process() -> Self {
+        let matches = help::with_groups(Self::command()).get_matches();
+        // Parsed by the definition that it is read by.
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
 
-/// In the order in which a gait comes to be. Where a variant says nothing, its
-/// `Args` do, in full: words here would hide all of theirs but the flags'.
+/// A variant without a doc comment is described by that of its `Args`, in full;
+/// one with a comment hides all of theirs but the flags.
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Learn to walk: TD3 in the simulated Ant
+    /// Train a walking policy with TD3 in the simulation
     #[cfg(feature = "train")]
     Train(train::Args),
     #[cfg(feature = "train")]
@@ -91,30 +100,30 @@ enum Command {
     Set(set::Args),
     Stop(stop::Args),
     Gaits(gaits::Args),
-    /// Hold the simulated robot to what a measured one did
+    /// Fit or validate the simulation against measured trials
     Twin(twin::Args),
     #[cfg(feature = "torch")]
     Bench(bench::Args),
-    /// All of it, against the virtual robot
+    /// Train, upload and measure on the virtual robot
     #[cfg(feature = "train")]
     Demo(demo::Args),
     #[cfg(feature = "train")]
     Experiment(experiment::Args),
 }
 
-/// What the exit code tells a script; `EXIT_CODES` is the text of it.
+/// What the exit code tells a script; [`help`] has the words for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cause {
     /// Disk, memory, libtorch.
     Machine = 1,
-    /// Flags that clap cannot judge.
+    /// A flag whose value clap cannot check.
     Usage = 2,
     /// A file or its contents.
     Input = 3,
     /// Port or link.
     Link = 4,
-    /// The robot said no.
+    /// The robot refused, or stopped by itself.
     Robot = 5,
     /// Ctrl-C.
     Interrupted = 130,
@@ -122,7 +131,7 @@ pub enum Cause {
 
 #[cfg(feature = "train")]
 impl Cause {
-    /// What a step's exit code said; a code of nobody's is the machine's trouble.
+    /// The cause behind a step's exit code; an unknown code counts as a system error.
     fn of_code(code: Option<i32>) -> Self {
         let known = [Self::Usage, Self::Input, Self::Link, Self::Robot, Self::Interrupted];
         known.into_iter().find(|&cause| code == Some(cause as i32)).unwrap_or(Self::Machine)

@@ -6,6 +6,7 @@
 
 pub mod calibration;
 pub mod link;
+pub mod session;
 pub mod stream;
 pub mod tracker;
 pub mod trial;

@@ -1,7 +1,7 @@
-//! From a trial's energy and distance to what a gait is judged by.
+//! Cost of transport, and the two values of gravity.
 //!
-//! Owns the arithmetic and standard gravity; refuses trials that have no cost
-//! of transport. Knows no robot, no port and no file.
+//! Holds the arithmetic from a trial's energy and distance to its cost of
+//! transport. Does not depend on a robot, a port or a file.
 
 use thiserror::Error;
 
@@ -11,25 +11,32 @@ use thiserror::Error;
 /// ISO 80000-3: 9.80665 m/s^2, exactly.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Why a trial has no cost of transport.
+/// Gravity of the simulated world, in m/s^2.
+///
+/// 0.03 % above [`STANDARD_GRAVITY_M_S2`]. The twin was fitted with it, and another
+/// value would change every simulated gait. A robot's weight in a cost of transport
+/// is computed with standard gravity.
+pub const SIMULATED_GRAVITY_M_S2: f64 = 9.81;
+
+/// Why a trial has no cost of transport; each variant holds the value that was given.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum EnergyError {
     /// The robot stood still, or walked backwards.
-    #[error("the robot got {distance_m} m far: without a distance above 0 there is no cost of transport")]
+    #[error("the distance must be above 0 for a cost of transport, got {distance_m} m")]
     NoProgress {
-        /// Net distance.
+        /// Net distance, in metres.
         distance_m: f64,
     },
-    /// No robot has such a mass.
-    #[error("a mass of {mass_kg} kg is no robot's: it must be above 0")]
+    /// The mass is 0, negative or not finite.
+    #[error("the mass must be above 0, got {mass_kg} kg")]
     Mass {
-        /// What was given.
+        /// In kilograms.
         mass_kg: f64,
     },
-    /// Energy cannot be negative or infinite.
-    #[error("an energy of {energy_j} J is no trial's: it must be 0 or more")]
+    /// The energy is negative or not finite.
+    #[error("the energy must be 0 or more, got {energy_j} J")]
     Energy {
-        /// What was given.
+        /// In joules.
         energy_j: f64,
     },
 }
@@ -42,7 +49,7 @@ pub enum EnergyError {
 /// # Errors
 /// [`EnergyError::NoProgress`] unless `distance_m > 0`: a robot that stood
 /// still or walked backwards has no cost of transport. [`EnergyError::Mass`]
-/// and [`EnergyError::Energy`] for numbers that no trial has.
+/// and [`EnergyError::Energy`] for a mass or an energy that is out of range.
 ///
 /// # Source
 /// Gabrielli & von Kármán (1950), "specific resistance".

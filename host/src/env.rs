@@ -1,4 +1,6 @@
-//! What a learner sees of a task; `td3` knows no rapier, `sim` no tch.
+//! The interface between a learner and a task.
+//!
+//! Holds the trait alone, so that `td3` does not depend on rapier, nor `sim` on tch.
 
 /// One control step's outcome.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,9 @@ pub mod fit;
 pub mod gait_file;
 pub mod gait_player;
 pub mod joint_map;
+pub mod policy_record;
 pub mod sampled_gait;
+pub mod scale;
 #[cfg(feature = "train")]
 pub mod stride;
 pub mod trajectory;

@@ -1,7 +1,7 @@
 //! Everything the `host` command does, as a library.
 //!
-//! Owns training, fitting, the gait and robot files, the serial link and the
-//! arithmetic of a trial. Refuses to know the firmware: it speaks
+//! Holds training, fitting, the gait and robot files, the serial link and the
+//! arithmetic of a trial. Does not depend on the firmware: it speaks
 //! [`protocol`] to whatever answers on a port.
 //!
 //! Features: `train` (default) adds TD3 on plain memory, `torch` (default) its
@@ -20,8 +20,10 @@ pub mod experiment;
 pub mod gait;
 #[cfg(feature = "train")]
 pub mod learn;
+pub mod paper;
 #[cfg(feature = "train")]
-pub mod plot;
+mod plot;
+pub mod pwm;
 pub mod robot;
 pub mod run_folder;
 pub mod search;

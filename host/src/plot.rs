@@ -1,12 +1,13 @@
 //! Figures for papers and pages: panels of dots, lines and bands, as SVG.
 //!
-//! Owns the look: palette, sizes, axes, legend. The ground is white, so that a
+//! Holds the look: palette, sizes, axes, legend. The ground is white, so that a
 //! figure reads on a dark page too, and the colours are Okabe and Ito's, which
 //! the colour-blind tell apart. No font of this machine is asked for anything:
-//! the same figure is the same bytes everywhere. Refuses to know what is drawn,
-//! and numbers that are none.
+//! the same figure is the same bytes everywhere. Does not depend on what
+//! is drawn. NaN and infinite numbers are refused.
 
 mod axis;
+mod canvas;
 mod marks;
 mod notes;
 mod raster;
@@ -21,9 +22,9 @@ pub use table::Table;
 use plotters::drawing::DrawingAreaErrorKind;
 use thiserror::Error;
 
-/// Blue.
+/// Of the first curve.
 pub const BLUE: Colour = Colour(0, 114, 178);
-/// Vermilion.
+/// Of the second curve.
 pub const VERMILION: Colour = Colour(213, 94, 0);
 /// What curves of equal rank are drawn in, in this order. Okabe and Ito's
 /// without their yellow, which white drowns.
@@ -37,26 +38,26 @@ pub const PALETTE: [Colour; 7] = [
     Colour(0, 0, 0),
 ];
 
-/// Why there is no figure.
+/// Why a figure cannot be drawn.
 #[derive(Debug, Error)]
 pub enum PlotError {
-    /// A point would have no place.
+    /// A NaN or infinite coordinate.
     #[error("{panel}: a point at ({x}, {y}) cannot be drawn")]
     NotFinite {
         /// Title of the panel.
         panel: String,
-        /// Where.
+        /// In the unit of the x axis.
         x: f64,
-        /// Where.
+        /// In the unit of the y axis.
         y: f64,
     },
-    /// The drawing library's reason.
+    /// The drawing library's error.
     #[error("cannot draw the figure")]
     Drawing(#[from] DrawingAreaErrorKind<std::io::Error>),
-    /// No picture in pixels: the drawing is none.
+    /// The text is not SVG.
     #[error("cannot read the drawing back")]
     Svg(#[from] resvg::usvg::Error),
-    /// No memory for so many pixels, or none at all.
+    /// Too many pixels, or none.
     #[error("a picture of {width_px} x {height_px} pixels cannot be made")]
     Size {
         /// Across.
@@ -64,7 +65,7 @@ pub enum PlotError {
         /// Down.
         height_px: u32,
     },
-    /// The picture's format has no place for it.
+    /// The PNG encoder's error.
     #[error("cannot write the picture as PNG: {reason}")]
     Png {
         /// The encoder's reason.
@@ -72,7 +73,7 @@ pub enum PlotError {
     },
 }
 
-/// How points are shown.
+/// Style in which points are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// One dot a point.
@@ -95,9 +96,9 @@ pub enum Mark {
 /// Points of one kind.
 #[derive(Debug, Clone)]
 pub struct Layer {
-    /// How.
+    /// Style of the points.
     pub mark: Mark,
-    /// In what colour.
+    /// Of all points.
     pub colour: Colour,
     /// Where, in the units of the axes.
     pub points: Vec<(f64, f64)>,
@@ -130,7 +131,7 @@ pub struct Note {
     pub at: (f64, f64),
     /// On which side of that.
     pub side: Side,
-    /// What.
+    /// A single line.
     pub text: String,
 }
 
@@ -154,13 +155,13 @@ pub struct Panel {
 /// A line of the legend.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// What it is.
+    /// A single line, shortened to the figure's width.
     pub label: String,
     /// How it is shown; several lie on each other.
     pub marks: Vec<(Mark, Colour)>,
 }
 
-/// A picture.
+/// Panels under one title and legend.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// Above everything.

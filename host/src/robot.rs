@@ -1,11 +1,11 @@
 //! What a robot is made of: a body, servos, ground and power.
 //!
-//! Owns the robot's folder: `robot.toml` and, beside it, the MJCF or URDF file
-//! that draws the body. Refuses a number that is no number, or that no such
-//! robot can have (every bound stands in [`FIELDS`]), and a body that is
-//! no torso on four legs of a hip and a knee.
+//! Holds the robot's folder: `robot.toml` and, beside it, the MJCF or URDF file
+//! that draws the body. Does not depend on the simulation. NaN, numbers outside
+//! their bounds ([`FIELDS`]) and bodies other than a torso on four legs of a hip
+//! and a knee are refused.
 //!
-//! What a fit changes stands in `robot.toml` and overrides the drawn body:
+//! What a fit changes is in `robot.toml` and overrides the drawn body:
 //! [`Limbs`] are the outcome, and what the simulation builds.
 //!
 //! The Ant's folder is `robots/ant`. Its numbers that no data sheet gives
@@ -18,18 +18,22 @@ mod drawn;
 mod error;
 mod fields;
 mod inertia;
+mod leg_scale;
 mod limbs;
 mod loaded;
 mod mjcf;
+mod raw;
 mod sections;
 mod solid;
 mod urdf;
 
-pub use drawn::{Drawn, Hinge};
+pub use drawn::Drawn;
 pub use error::{ModelError, RobotError};
 pub use fields::{FIELDS, Field};
 pub use inertia::{Inertia, Principal};
+pub use leg_scale::{LEG_SCALE_RANGE, LegScale, LegScaleError};
 pub use limbs::{Leg, Limbs, Link};
+pub use raw::Hinge;
 pub use sections::{Geometry, Ground, Mass, Model, Power, PowerLine, Servo, Supply, TwinRecord};
 pub use solid::{Shape, Solid};
 
@@ -38,8 +42,6 @@ use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Leg lengths that are sensible multiples of the Ant's: its servos lift no more.
-pub const LEG_SCALE_RANGE: (f64, f64) = (0.3, 2.0);
 /// Name of the description in a robot's folder.
 pub const DESCRIPTION: &str = "robot.toml";
 
@@ -76,10 +78,10 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// The paper's Ant with shins of `leg_scale` times 0.23 m.
+    /// The paper's Ant; its shins are 0.23 m times `leg_scale` long.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] unless the scale is within [`LEG_SCALE_RANGE`].
+    /// None that a test has not met: the description comes with the program.
     ///
     /// # Source
     /// Lengths: the authors' model. Joint limit: their tables reach 51.6
@@ -87,7 +89,7 @@ impl Robot {
     /// Friction, servo, power, mass and the shin's slope: the fit that the
     /// description's `[twin]` section names. How the mass is shared out, foot
     /// radius, torso height and the supply are our assumptions.
-    pub fn ant(leg_scale: f64) -> Result<Self, RobotError> {
+    pub fn ant(leg_scale: LegScale) -> Result<Self, RobotError> {
         let mut robot = document::read(ANT.0, Path::new("robots/ant/robot.toml"), |_| Ok(ANT.1.to_owned()))?;
         robot.geometry.leg_scale = leg_scale;
         robot.check()?;
@@ -99,7 +101,7 @@ impl Robot {
     /// # Errors
     /// [`RobotError`] naming the file, or the field, its value and its bounds.
     pub fn load(path: &Path) -> Result<Self, RobotError> {
-        // What is no folder is meant to be the description in one.
+        // Anything but a folder is taken for the description in one.
         let (folder, file) = if path.is_dir() || path.extension().is_none_or(|e| e != "toml") {
             (path.to_owned(), path.join(DESCRIPTION))
         } else {
@@ -123,7 +125,7 @@ impl Robot {
         if folder.is_dir() {
             return Self::load(&folder).map(Some);
         }
-        // A run of an older release, or a file that lies in a robot's own folder.
+        // A file that lies in a robot's own folder.
         if run.join(DESCRIPTION).is_file() { Self::load(run).map(Some) } else { Ok(None) }
     }
 
@@ -170,6 +172,13 @@ impl Robot {
         Limbs::of(self).mass_kg()
     }
 
+    /// How far the shins slope below the horizontal with the knees at neutral, in
+    /// degrees: the angle that a servo is set to when its horn is mounted.
+    #[must_use]
+    pub const fn neutral_shin_slope_deg(&self) -> f64 {
+        self.geometry.shin_below_horizontal_deg
+    }
+
     /// Checks every number against its bounds, and what they make of the body.
     ///
     /// # Errors
@@ -177,7 +186,7 @@ impl Robot {
     pub fn check(&self) -> Result<(), RobotError> {
         for field in FIELDS {
             let (value, (min, max)) = ((field.get)(self), field.bounds(self));
-            // NaN lies within nothing.
+            // NaN is in no range.
             if !(min..=max).contains(&value) {
                 return Err(RobotError::OutOfRange { field: field.name, value, min, max });
             }

@@ -1,6 +1,6 @@
 //! Where a run keeps its artefacts, and how `runs/latest` finds it.
 //!
-//! Owns the file names; refuses to know what is in the files. Every write goes
+//! Holds the file names. Does not depend on what is in the files. Every write goes
 //! to a temporary file beside its target and is renamed: a full disk leaves the
 //! old file, never half a new one.
 
@@ -31,7 +31,7 @@ pub const GAIT_BYTES: &str = "gait.bin";
 pub const TRIALS: &str = "trials.csv";
 /// The virtual robot's ground truth, JSON lines.
 pub const TRUTH: &str = "truth.jsonl";
-/// What a run came to.
+/// Result of a run.
 pub const SUMMARY: &str = "summary.json";
 
 /// What went wrong with a file or folder of a run.

@@ -1,7 +1,7 @@
 //! The robot in a simulated world, and the task that a policy learns in it.
 //!
-//! Owns the rapier world, the servo law, the power of the servos and the Ant
-//! task with its reward. Refuses to know of networks and of serial ports: the
+//! Holds the rapier world, the servo model, the power of the servos and the Ant
+//! task with its reward. Does not depend on networks or on the link to a robot: the
 //! learner sees [`crate::env::Env`], the virtual robot sees [`World`].
 
 pub mod ant_env;
@@ -18,4 +18,4 @@ pub use ant_env::{AntEnv, AntEnvConfig};
 pub use randomisation::{Randomisation, Robots};
 pub use start::{Perturbation, Start};
 pub use torso::TorsoState;
-pub use world::{Soles, StepOutcome, Taken, World};
+pub use world::{GroundLosses, Soles, StepOutcome, World};

@@ -1,9 +1,9 @@
-//! The twin: the simulated robot held to what a measured one did.
+//! The twin: the simulated robot, fitted to and validated against measured trials.
 //!
-//! Owns the authors' kind of files (tables that a robot played, trials that
-//! it walked), the prediction of speed, power and cost of transport, the
-//! scores, and the search for the robot's parameters. Refuses to look at a
-//! trial that it was not given: a fit chooses by the fitted trials alone.
+//! Holds the two file formats (tables that a robot played, trials that were
+//! measured), the prediction of speed, power and cost of transport, the scores,
+//! and the search for the robot's parameters. Does not depend on trials that it
+//! was not given: a fit is scored by the fitted trials alone.
 
 mod descent;
 mod error;
@@ -24,7 +24,7 @@ pub use fit::{Fit, Progress, fit};
 pub use parameters::{PARAMETERS, Parameter};
 pub use plan::{Begin, Budget};
 pub use predict::{Prediction, predict};
-pub use report::{Both, Condition, HalfStep, Method, Pair, Report};
+pub use report::{Both, Condition, FitReport, Fitted, HalfStep, Method, Pair, Report};
 pub use score::{line_to, mean_relative_error, spearman};
 pub use validate::{Options, validate};
 

@@ -1,7 +1,7 @@
 //! The twin against what the authors' robot did: their tables in, speed, power
 //! and cost of transport out. `docs/twin.md` says what is reached and how.
 
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use host::twin::{Options, Tables, Trials, validate};
 use std::path::Path;
 
@@ -18,8 +18,8 @@ fn the_authors_gaits_walk_at_their_measured_speed_and_power() {
         return;
     }
     let tables = Tables::read(&files[0]).expect("their tables");
-    let trials = Trials::read(&files[1], 1.0).expect("their trials");
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let trials = Trials::read(&files[1], LegScale::LONG).expect("their trials");
+    let robot = Robot::ant(LegScale::LONG).expect("the Ant");
 
     let report = validate(&robot, &tables, &trials, &Options { half_step: true, ..Options::default() })
         .expect("a report");

@@ -3,8 +3,10 @@
 //!
 //! Beyond 300 lines: one short test a kind of bad input, all at the same desk.
 
+mod host_command;
+
 use assert_cmd::Command;
-use predicates::prelude::*;
+use host_command::unwrapped;
 use predicates::str::contains;
 use std::path::{Path, PathBuf};
 
@@ -30,25 +32,14 @@ impl Desk {
     }
 
     fn host(&self, args: &[&str]) -> Command {
-        let mut command = Command::cargo_bin("host").unwrap();
-        // Messages are compared unwrapped and plain.
-        command.current_dir(self.folder.path()).env("NO_COLOR", "1").env("COLUMNS", "400").args(args);
-        command
+        host_command::host(self.folder.path(), args)
     }
 
     /// Runs and expects the exit code; returns standard error without line breaks.
     #[track_caller]
     fn fails(&self, code: i32, args: &[&str]) -> String {
-        let assert = self.host(args).assert().code(code).stdout(predicate::str::is_empty());
-        unwrapped(&assert.get_output().stderr)
+        host_command::refused(self.folder.path(), code, args)
     }
-}
-
-/// Undoes the terminal's line breaks: `|` and spaces at the start of a line.
-fn unwrapped(bytes: &[u8]) -> String {
-    let text = String::from_utf8_lossy(bytes);
-    let words = text.split_whitespace().filter(|word| *word != "│");
-    words.collect::<Vec<_>>().join(" ")
 }
 
 /// One stride of `rows` rows at 60 Hz, every joint a little different.
@@ -145,8 +136,8 @@ fn bad_recordings_are_refused_with_line_and_column() {
     desk.write("bare.csv", &bare);
     let cases = [
         ("absent.csv", "cannot read absent.csv"),
-        ("nan.csv", "nan.csv, line 3: hip1 is \"NaN\", which is no finite number"),
-        ("inf.csv", "inf.csv, line 2: knee4 is \"-inf\", which is no finite number"),
+        ("nan.csv", "nan.csv, line 3: hip1 is \"NaN\", which is not a finite number"),
+        ("inf.csv", "inf.csv, line 2: knee4 is \"-inf\", which is not a finite number"),
         ("long.csv", "long.csv, line 2: 10 values where there are 9 columns"),
         ("seven.csv", "seven.csv has 7 of 8 joints: knee4 missing"),
         ("twice.csv", "twice.csv has hip1 twice: columns 2 and 3"),
@@ -166,13 +157,13 @@ fn bad_recordings_are_refused_with_line_and_column() {
 fn bad_rows_and_periods_are_refused_with_their_limits() {
     let desk = Desk::new();
     let cases: [(i32, &[&str], &str); 7] = [
-        (2, &["--rows", "9..3"], "\"9..3\" are no rows: write A..B with A below B"),
+        (2, &["--rows", "9..3"], "\"9..3\" is not a range of rows: write A..B with A below B"),
         (3, &["--rows", "20..50"], "rows 20..50 are not in the file, which has rows 0..30"),
         (3, &["--period", "0.01"], "a robot plays 0.1 to 60 s"),
         (3, &["--time-stretch", "500"], "the stride would last 250.000 s (0.500 s recorded, times 500)"),
         (2, &["--period", "nan"], "--period is NaN; it must be within"),
         (2, &["--limit-deg", "120"], "--limit-deg is 120; it must be within 1 to 90"),
-        (2, &["--negate", "tail"], "\"tail\" is no joint"),
+        (2, &["--negate", "tail"], "\"tail\" is not a joint"),
     ];
     for (code, flags, expected) in cases {
         let message = desk.fails(code, &[&["fit", "walk.csv", "--out", "out.toml"], flags].concat());
@@ -193,7 +184,7 @@ fn without_time_and_period_the_duration_is_asked_for() {
     let message = desk.fails(2, &["fit", "untimed.csv", "--rows", "all"]);
 
     assert!(message.contains("has no time_s column"), "{message}");
-    assert!(message.contains("--period S says how long"), "{message}");
+    assert!(message.contains("--period S gives the duration"), "{message}");
 }
 
 /// The shell lets no file grow at all; the signal for it is ignored, so the
@@ -234,10 +225,10 @@ fn damaged_gaits_are_refused_before_any_port_is_opened() {
     desk.write("text.toml", "a gait, honestly");
     let cases = [
         ("absent.toml", "cannot read absent.toml"),
-        ("cut.bin", "cut.bin is no gait table, or was damaged (100 bytes): its checksum does not match"),
+        ("cut.bin", "cut.bin is not a gait table, or is damaged (100 bytes): its checksum does not match"),
         ("flipped.bin", "its checksum does not match"),
         ("newer.toml", "its version is 7; this program reads version 1"),
-        ("text.toml", "text.toml is no gait file"),
+        ("text.toml", "text.toml is not a gait file"),
     ];
     for (file, expected) in cases {
         let message =
@@ -289,12 +280,12 @@ fn a_wrong_port_is_named_with_the_next_move() {
 }
 
 #[test]
-fn a_distance_that_nobody_can_be_asked_for_is_missed_before_the_walk() {
+fn a_distance_that_cannot_be_asked_for_is_missed_before_the_walk() {
     let desk = Desk::new();
 
     let message = desk.fails(2, &["measure", "--port", "/dev/does-not-exist"]);
 
-    assert!(message.contains("standard input is no terminal"), "{message}");
+    assert!(message.contains("standard input is not a terminal"), "{message}");
     assert!(message.contains("--distance M, or --tracker FILE"), "{message}");
 }
 
@@ -364,7 +355,7 @@ fn a_full_disk_behind_standard_output_is_an_error_after_the_files_are_written() 
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_path_that_is_no_utf_8_is_a_path() {
+fn a_path_that_is_not_utf_8_is_a_path() {
     use std::os::unix::ffi::OsStrExt as _;
     let desk = Desk::new();
     let odd = |name: &[u8]| std::ffi::OsStr::from_bytes(name).to_owned();
@@ -404,7 +395,10 @@ fn the_demo_refuses_what_its_last_steps_would_before_it_trains() {
 #[test]
 fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
     let desk = Desk::new();
-    host::robot::Robot::ant(0.6).unwrap().save(&desk.path(host::run_folder::ROBOT)).unwrap();
+    host::robot::Robot::ant(host::robot::LegScale::SHORT)
+        .unwrap()
+        .save(&desk.path(host::run_folder::ROBOT))
+        .unwrap();
 
     desk.host(&["fit", "walk.csv", "--time-stretch", "3", "--out", "short.toml"])
         .assert()
@@ -412,5 +406,5 @@ fn a_gait_remembers_the_leg_of_the_robot_beside_its_recording() {
         .stdout(contains("Next: cargo run -p host -- upload-gait --amp 2.2 --gait short.toml"));
 
     let gait = host::gait::gait_file::GaitFile::load(&desk.path("short.toml")).unwrap();
-    assert_eq!(gait.provenance.leg_scale, Some(0.6));
+    assert_eq!(gait.provenance.leg_scale, Some(host::robot::LegScale::SHORT));
 }

@@ -6,7 +6,7 @@ mod bench_host;
 mod fake_robot;
 mod terminal;
 
-use bench_host::{Setting, fails, says};
+use bench_host::{Setting, fails, says, words};
 use fake_robot::{FakeRobot, Troubles};
 use host::calibration::RobotCalibration;
 use protocol::calibration::{JointCalibration, MAX_PRESCALE};
@@ -42,7 +42,7 @@ fn the_robots_calibration_goes_into_a_file_and_from_there_onto_another() {
     let written = says(&mut to.host(&["calibrate", "--write", path]));
 
     assert!(read.contains("the calibration of the robot on"), "{read}");
-    assert!(written.contains("and saved it"), "{written}");
+    assert!(written.contains("has saved the calibration in"), "{written}");
     assert_eq!(on_robot(&to), on_robot(&from));
     assert_eq!(to.bench.robot(|robot| robot.calibration_source), CalibrationSource::Stored);
 }
@@ -95,7 +95,7 @@ fn a_joint_is_found_out_by_moving_it() {
 
     let text = says(setting.host(&["calibrate"]).write_stdin(answers));
 
-    assert!(text.contains("the robot has the calibration, and saved it"), "{text}");
+    assert!(text.contains("the robot has saved the calibration"), "{text}");
     let hip1 = on_robot(&setting).joint(Joint::Hip1);
     assert_eq!((hip1.channel, hip1.reversed, hip1.neutral_counts), (3, true, 340));
     // 80 counts in 45 degrees, where the authors' 45 degrees take 75.
@@ -131,13 +131,28 @@ fn one_servo_moves_at_a_time_and_gently() {
     assert_eq!(setting.bench.robot(|robot| robot.nudged), None);
 }
 
+/// The Ant's robot.toml has 40.1 degrees.
+#[test]
+fn the_knees_neutral_slope_is_that_of_the_robots_description() {
+    let setting = Setting::new(Troubles::default());
+
+    let answers = format!("n\n{}n\n", KEPT.repeat(8));
+    let assert = setting.host(&["calibrate"]).write_stdin(answers).assert().success();
+
+    let questions = words(&assert.get_output().stderr);
+    assert!(
+        questions.contains("turn the shin until it slopes 40 degrees below the horizontal"),
+        "{questions}"
+    );
+}
+
 #[test]
 fn an_end_before_the_first_answer_names_no_file() {
     let setting = Setting::new(Troubles::default());
 
     let ended = fails(setting.host(&["calibrate"]).write_stdin("q\n"), 130);
 
-    assert!(ended.contains("ended by you; nothing was measured yet"), "{ended}");
+    assert!(ended.contains("cancelled; nothing was measured yet"), "{ended}");
     assert!(!setting.folder.path().join("calibration.toml").exists());
 }
 
@@ -147,7 +162,7 @@ fn what_was_measured_survives_the_end_and_the_same_command_goes_on() {
     let first = "n\n\n\n+4\n\ny\n\n\n";
 
     let ended = fails(setting.host(&["calibrate"]).write_stdin(format!("{first}\n\nq\n")), 130);
-    assert!(ended.contains("ended by you; what was measured is in calibration.toml"), "{ended}");
+    assert!(ended.contains("cancelled; what was measured is in calibration.toml"), "{ended}");
     assert_eq!(setting.bench.robot(|robot| robot.nudged), None);
     let kept = file(&setting);
     assert_eq!(kept.joints.iter().filter(|joint| joint.is_measured).count(), 1);
@@ -202,7 +217,7 @@ fn a_robot_that_walks_is_not_calibrated() {
 
     let message = fails(setting.host(&["calibrate"]).write_stdin(""), 5);
 
-    assert!(message.contains("only a limp one is calibrated"), "{message}");
+    assert!(message.contains("only while its servos are limp"), "{message}");
     assert!(message.contains("host stop"), "{message}");
 }
 

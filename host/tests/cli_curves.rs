@@ -2,18 +2,12 @@
 #![cfg(feature = "train")]
 #![allow(missing_docs)]
 
-use assert_cmd::Command;
-use std::path::Path;
-use std::time::Duration;
+mod host_command;
+
+use host_command::host;
 
 const HEADER: &str =
     "env_steps,updates,wall_s,reward,speed_m_s,episode_steps,critic_loss,actor_loss,q_mean\n";
-
-fn host(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host"));
-    command.current_dir(folder).timeout(Duration::from_secs(60));
-    command
-}
 
 /// Two seeds with two evaluations each; the robot beside them is the Ant with short shins.
 fn folder_with_runs() -> tempfile::TempDir {
@@ -24,7 +18,10 @@ fn folder_with_runs() -> tempfile::TempDir {
         let rows = format!("0,0,0.0,1,0.0,300,0,0,0\n35000,2500,4.5,{reward},0.{reward},300,0,0,0\n");
         std::fs::write(run.join("train.csv"), format!("{HEADER}{rows}")).unwrap();
     }
-    host::robot::Robot::ant(0.6).unwrap().save(&folder.path().join("walk/robot")).unwrap();
+    host::robot::Robot::ant(host::robot::LegScale::SHORT)
+        .unwrap()
+        .save(&folder.path().join("walk/robot"))
+        .unwrap();
     folder
 }
 
@@ -32,7 +29,7 @@ fn folder_with_runs() -> tempfile::TempDir {
 fn curves_draws_a_picture_and_sums_up() {
     let folder = folder_with_runs();
 
-    let output = host(folder.path()).args(["curves", "walk", "--json"]).assert().success();
+    let output = host(folder.path(), &["curves", "walk", "--json"]).assert().success();
 
     let result: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
     let run = &result["runs"][0];
@@ -51,7 +48,7 @@ fn curves_of_several_runs_go_where_they_are_told() {
     let folder = folder_with_runs();
 
     let args = ["curves", "walk/seed-0", "walk", "--label", "one", "--label", "both", "--out", "new/fig.svg"];
-    let output = host(folder.path()).args(args).assert().success();
+    let output = host(folder.path(), &args).assert().success();
 
     let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
     assert!(text.contains("both: 2 seeds, 2500 updates") && text.contains("new/fig.svg"), "{text}");
@@ -63,7 +60,7 @@ fn curves_of_several_runs_go_where_they_are_told() {
 fn what_curves_cannot_use_has_its_exit_code_and_writes_nothing() {
     let folder = folder_with_runs();
     let fails = |args: &[&str], code: i32, says: &str| {
-        let output = host(folder.path()).arg("curves").args(args).assert().code(code);
+        let output = host(folder.path(), &["curves"]).args(args).assert().code(code);
         let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
         assert!(text.contains(says), "{text}");
     };

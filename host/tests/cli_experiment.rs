@@ -1,7 +1,9 @@
 //! `host experiment`: a small study, what it leaves, going on with it, and bad flags.
 #![cfg(feature = "train")]
 
-use assert_cmd::Command;
+mod host_command;
+
+use host_command::host;
 use serde_json::Value;
 use std::path::Path;
 
@@ -20,12 +22,6 @@ const STUDY: [&str; 12] = [
     "--duration=3",
 ];
 
-fn host(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("host").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1").env("COLUMNS", "400").args(args);
-    command
-}
-
 fn study(folder: &Path, out: &str, more: &[&str]) -> Value {
     let args = [&STUDY[..], &["--out", out, "--json"], more].concat();
     let output = host(folder, &args).assert().success();
@@ -34,14 +30,11 @@ fn study(folder: &Path, out: &str, more: &[&str]) -> Value {
 
 #[track_caller]
 fn refused(folder: &Path, code: i32, args: &[&str]) -> String {
-    let assert = host(folder, &[&["experiment"], args].concat()).assert().code(code);
-    assert!(assert.get_output().stdout.is_empty());
-    let message = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
-    message.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    host_command::refused(folder, code, &[&["experiment"], args].concat())
 }
 
 fn trials(folder: &Path, out: &str) -> String {
-    std::fs::read_to_string(folder.join(out).join("trials.csv")).unwrap()
+    std::fs::read_to_string(folder.join(out).join("study-trials.csv")).unwrap()
 }
 
 #[test]
@@ -94,7 +87,7 @@ fn a_study_goes_on_with_the_trials_that_are_missing_and_with_no_other_plan() {
     let all = trials(desk.path(), "study");
     // As if it had been interrupted after three trials.
     let begun: String = all.lines().take(4).map(|line| format!("{line}\n")).collect();
-    std::fs::write(desk.path().join("study/trials.csv"), begun).unwrap();
+    std::fs::write(desk.path().join("study/study-trials.csv"), begun).unwrap();
 
     let again = study(desk.path(), "study", &[]);
 
@@ -111,9 +104,9 @@ fn a_study_goes_on_with_the_trials_that_are_missing_and_with_no_other_plan() {
     assert!(refused(desk.path(), 2, &args).contains("its gaits differ"));
     assert_eq!(std::fs::read_to_string(&own).unwrap(), edited);
     std::fs::remove_dir_all(desk.path().join("study/gaits")).unwrap();
-    std::fs::write(desk.path().join("study/trials.csv"), "method,leg\npsto,much\n").unwrap();
+    std::fs::write(desk.path().join("study/study-trials.csv"), "method,leg\npsto,much\n").unwrap();
     let args = [&STUDY[1..], &["--out", "study"]].concat();
-    assert!(refused(desk.path(), 3, &args).contains("no table of trials"));
+    assert!(refused(desk.path(), 3, &args).contains("not a table of a study's trials"));
 }
 
 #[test]
@@ -162,7 +155,7 @@ fn conditions_that_cannot_be_walked_are_not_run_and_bad_flags_say_what_to_do() {
     assert!(refused(folder, 3, &["--reference-tables", "nowhere.csv"]).contains("nowhere.csv"));
     assert!(refused(folder, 1, &["--on", "virtual-robot", "--virtual-robot", "nowhere"]).contains("nowhere"));
     let on_virtual = ["--on", "virtual-robot", "--robots-differ"];
-    assert!(refused(folder, 2, &on_virtual).contains("--robots-differ is for the twin"));
+    assert!(refused(folder, 2, &on_virtual).contains("--robots-differ is for the simulation"));
     assert!(refused(folder, 2, &["--effort", "0.5"]).contains("--retrain"));
 }
 

@@ -10,10 +10,10 @@ use bench_host::Setting;
 use fake_robot::Troubles;
 use terminal::Terminal;
 
-const BEFORE: &str = "s leaves this trial out, q ends for today: ";
-const BROKEN_OFF: &str = "s leaves it out, q ends for today: ";
+const BEFORE: &str = "Enter starts the walk, s skips this trial, q quits: ";
+const BROKEN_OFF: &str = "n records it as stopped, s skips this trial, q quits: ";
 const DISTANCE: &str = "in metres: ";
-const AFTER: &str = "r to walk it again: ";
+const AFTER: &str = "r to repeat it: ";
 
 fn experiment(setting: &Setting, more: &[&str]) -> Terminal {
     let args = ["experiment", "--leg=1", "--method=psto", "--amp=1.4,1.6", "--trials=2", "--duration=0.5"];
@@ -32,8 +32,8 @@ fn with_a_tracker_that_tells_no_tilt_the_person_says_whether_it_fell() {
 
     let mut terminal = experiment(&setting, &["--tracker=track.csv", "--mass-kg=2"]);
     terminal.after(BEFORE, "\n");
-    terminal.after("Enter if it walked well, f if it fell, r to walk it again: ", "f\n");
-    terminal.after("Noted as: fell", "");
+    terminal.after("Enter if it walked well, f if it fell, r to repeat it: ", "f\n");
+    terminal.after("Recorded as: fell", "");
     terminal.after(BEFORE, "q\n");
     terminal.end();
 
@@ -48,7 +48,7 @@ fn with_a_tracker_that_tells_no_tilt_the_person_says_whether_it_fell() {
 
 /// Amplification, trial, distance and mark of each that was noted.
 fn noted(setting: &Setting) -> Vec<[String; 4]> {
-    let mut reader = csv::Reader::from_path(setting.folder.path().join("study/trials.csv")).unwrap();
+    let mut reader = csv::Reader::from_path(setting.folder.path().join("study/study-trials.csv")).unwrap();
     let column = |name: &str, headers: &csv::StringRecord| headers.iter().position(|h| h == name).unwrap();
     let headers = reader.headers().unwrap().clone();
     let columns = ["amplification", "trial", "distance_m", "mark"].map(|name| column(name, &headers));
@@ -65,38 +65,35 @@ fn trials_are_walked_repeated_judged_and_left_out_as_the_person_says_and_offered
     today.after(AFTER, "r\n");
     today.after(BEFORE, "\n");
     today.after(DISTANCE, "far\n");
-    today.after("\"far\" is no distance", "0,25\n");
+    today.after("\"far\" is no", "0,25\n");
     today.after(AFTER, "\n");
-    today.after("Noted: 0.500 m/s", "");
+    today.after("Recorded: 0.500 m/s", "");
     today.after(BEFORE, "s\n");
     today.after(BEFORE, "\n");
     // Typed ahead, Enters are no answers: it would have walked well, and walked again.
     today.after(DISTANCE, "0.2\n\n\n");
     today.after(AFTER, "f\n");
-    today.after("Noted as: fell", "");
+    today.after("Recorded as: fell", "");
     today.after(BEFORE, "perhaps\n");
-    today.after("\"perhaps\" is neither Enter nor one of s, q", "q\n");
+    today.after("\"perhaps\" is not an answer: press Enter, or type one of s, q", "q\n");
     let (status, said) = today.end();
 
     assert!(status.success(), "{said}");
-    assert!(
-        said.contains("For today the trials so far are in study") && said.contains("goes on there"),
-        "{said}"
-    );
+    assert!(said.contains("Stopped: the trials so far are in study") && said.contains("to resume"), "{said}");
     let row = |row: [&str; 4]| row.map(str::to_owned);
     assert_eq!(noted(&setting), [row(["1.4", "0", "0.25", ""]), row(["1.6", "0", "0.2", "fell"])]);
 
     let mut tomorrow = experiment(&setting, &[]);
-    tomorrow.after("at 1.4x, legs of 1 L, trial 2; 2 to go", "\n");
+    tomorrow.after("at 1.4x, legs of 1 L, trial 2; 2 left", "\n");
     tomorrow.after(DISTANCE, "0.1\n");
     tomorrow.after(AFTER, "b\n");
-    tomorrow.after("at 1.6x, legs of 1 L, trial 2; 1 to go", "s\n");
+    tomorrow.after("at 1.6x, legs of 1 L, trial 2; 1 left", "s\n");
     let (status, said) = tomorrow.end();
 
     assert!(status.success(), "{said}");
     assert!(
         said.contains("3 trials in 2 conditions")
-            && said.contains("left out, 1: the same command")
+            && said.contains("skipped, 1: run the same command")
             && said.contains("report.html"),
         "{said}"
     );
@@ -113,7 +110,7 @@ fn a_trial_that_the_robot_broke_off_is_walked_again_or_noted_as_such() {
     terminal.after(BROKEN_OFF, "\n");
     terminal.after(BEFORE, "\n");
     terminal.after(BROKEN_OFF, "n\n");
-    terminal.after("Noted as: stopped", "");
+    terminal.after("Recorded as: stopped", "");
     terminal.after(BEFORE, "\n");
     terminal.after(BROKEN_OFF, "s\n");
     terminal.after(BEFORE, "q\n");

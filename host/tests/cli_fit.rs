@@ -1,7 +1,12 @@
 //! What `host fit` reports: seams, joint speeds, and the curve against the policy.
 
+mod host_command;
+
 use assert_cmd::Command;
-use serde_json::Value;
+use host::gait::policy_record::{PolicyRecord, RECORD, RecordSummary};
+use host::gait::trajectory::Trajectory;
+use protocol::JOINT_COUNT;
+use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 
 struct Desk {
@@ -25,6 +30,33 @@ impl Desk {
         std::fs::write(self.folder.path().join(name), text).unwrap();
     }
 
+    /// What `record` writes beside the trajectory, with `changed` in place of its own numbers.
+    fn record(&self, changed: Value) {
+        let trajectory = Trajectory::read(&self.folder.path().join("trajectory.csv"), None).unwrap();
+        let none = [0.0; JOINT_COUNT];
+        let summary = RecordSummary {
+            period_s: 1.0,
+            window_s: None,
+            strides_in_window: None,
+            trials: 20,
+            fell: 0,
+            strides_averaged: 100,
+            strides_left_out: 0,
+            correlation: 1.0,
+            spread: none,
+            spread_deg: none,
+            polynomial_r2: [None; JOINT_COUNT],
+            speed_m_s: 0.05,
+            reward_per_step: 0.0,
+            power_w: 1.0,
+        };
+        let mut record = json!(PolicyRecord { summary, trajectory_sha256: trajectory.sha256 });
+        for (name, value) in changed.as_object().unwrap() {
+            record[name] = value.clone();
+        }
+        self.write(RECORD, &record.to_string());
+    }
+
     /// Rows at 60 Hz, in units of action.
     fn stride(&self, name: &str, rows: usize, action: impl Fn(f64, usize) -> f64) {
         let mut csv = String::from("time_s,hip1,hip2,hip3,hip4,knee1,knee2,knee3,knee4\n");
@@ -37,10 +69,7 @@ impl Desk {
     }
 
     fn host(&self, args: &[&str]) -> Command {
-        let mut command = Command::cargo_bin("host").unwrap();
-        command.current_dir(self.folder.path()).env("NO_COLOR", "1").env("COLUMNS", "400");
-        command.arg("fit").args(args).args(["--out", "gait.toml"]);
-        command
+        host_command::host(self.folder.path(), &[&["fit"], args, &["--out", "gait.toml"]].concat())
     }
 
     fn fit(&self, args: &[&str]) -> Value {
@@ -51,8 +80,7 @@ impl Desk {
     #[track_caller]
     fn fails(&self, args: &[&str]) -> String {
         let assert = self.host(args).assert().code(3);
-        let message = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
-        message.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+        host_command::unwrapped(&assert.get_output().stderr)
     }
 }
 
@@ -162,19 +190,11 @@ fn a_jump_at_a_free_seam_is_warned_of_and_not_refused() {
 #[test]
 fn a_runs_own_recording_is_played_open_loop_against_its_policy() {
     let desk = Desk::new();
-    let record = |period_s: f64, speed_m_s: f64| {
-        desk.write(
-            "record.json",
-            &format!(
-                "{{\"period_s\": {period_s}, \"speed_m_s\": {speed_m_s}, \"power_w\": 1.0, \"fell\": 0}}"
-            ),
-        );
-    };
     assert_eq!(desk.fit(&["trajectory.csv"])["open_loop"], Value::Null, "there is no record yet");
 
-    record(1.0, 0.05);
+    desk.record(json!({ "speed_m_s": 0.05 }));
     let kept = desk.fit(&["trajectory.csv"]);
-    record(1.0, 10.0);
+    desk.record(json!({ "speed_m_s": 10.0 }));
     let lost = desk.fit(&["trajectory.csv", "--time-stretch", "3"]);
 
     let loop_of = |result: &Value, key: &str| result["open_loop"][key].as_f64().unwrap();
@@ -191,24 +211,25 @@ fn a_runs_own_recording_is_played_open_loop_against_its_policy() {
 #[test]
 fn a_record_that_is_of_another_trajectory_or_damaged_is_not_compared_with() {
     let desk = Desk::new();
-    let warnings = |record: &str| {
-        desk.write("record.json", record);
+    let warnings = || {
         let result = desk.fit(&["trajectory.csv"]);
         assert_eq!(result["open_loop"], Value::Null);
         result["warnings"].to_string()
     };
 
-    let other = warnings("{\"period_s\": 1.5, \"speed_m_s\": 0.1, \"power_w\": 1.0}");
-    let damaged = warnings("{\"period_s\": ");
+    desk.record(json!({ "trajectory_sha256": "0" }));
+    let of_another = warnings();
+    desk.write(RECORD, "{\"period_s\": ");
+    let damaged = warnings();
+    desk.write(RECORD, "{\"period_s\": 1.0, \"speed_m_s\": 0.1, \"power_w\": 1.0}");
+    let incomplete = warnings();
+    std::fs::remove_file(desk.folder.path().join(RECORD)).unwrap();
+    std::fs::create_dir(desk.folder.path().join(RECORD)).unwrap();
+    let unreadable = warnings();
 
-    assert!(other.contains("is of a stride of 1.500 s, the trajectory beside it lasts 1.000 s"), "{other}");
-    let of_another =
-        warnings("{\"period_s\": 1.0, \"speed_m_s\": 0.1, \"power_w\": 1.0, \"trajectory_sha256\": \"0\"}");
-    std::fs::remove_file(desk.folder.path().join("record.json")).unwrap();
-    std::fs::create_dir(desk.folder.path().join("record.json")).unwrap();
-    let unreadable = desk.fit(&["trajectory.csv"])["warnings"].to_string();
-    assert!(damaged.contains("is no record of a policy") && damaged.contains("EOF"), "{damaged}");
     assert!(of_another.contains("is of another trajectory"), "{of_another}");
+    assert!(damaged.contains("is not a record of a policy") && damaged.contains("EOF"), "{damaged}");
+    assert!(incomplete.contains("missing field"), "{incomplete}");
     assert!(unreadable.contains("cannot read") && unreadable.contains("directory"), "no cause: {unreadable}");
 }
 
@@ -221,13 +242,10 @@ fn a_gait_that_walks_backward_keeps_nothing_of_the_policys_speed() {
         let swing = if joint < 2 { -0.4 } else { 0.4 };
         if joint < 4 { swing * leg_phase.sin() } else { 0.35 * leg_phase.cos() }
     });
-    let record = |speed: &str| {
-        desk.write("record.json", &format!("{{\"period_s\": 1, \"speed_m_s\": {speed}, \"power_w\": 1}}"))
-    };
 
-    record("0.05");
+    desk.record(json!({ "speed_m_s": 0.05 }));
     let backward = desk.fit(&["trajectory.csv"]);
-    record("-0.05");
+    desk.record(json!({ "speed_m_s": -0.05 }));
     let neither = desk.fit(&["trajectory.csv"]);
 
     let share = &backward["open_loop"]["share_of_policy_speed"];
@@ -242,7 +260,7 @@ fn a_gait_that_walks_backward_keeps_nothing_of_the_policys_speed() {
 #[test]
 fn what_is_not_the_policys_own_walk_is_not_compared_and_the_reason_is_said() {
     let desk = Desk::new();
-    desk.write("record.json", "{\"period_s\": 1.0, \"speed_m_s\": 0.05, \"power_w\": 1.0}");
+    desk.record(json!({}));
     let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/pony");
     let cases: [(&[&str], &str); 7] = [
         (&["--leg", "0.6"], "it walked as Ant with legs of 1 L; this gait is for Ant with legs of 0.6 L"),
@@ -270,13 +288,10 @@ fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() 
     let desk = Desk::new();
     let strides = |phase: f64, joint| if joint == 4 { 0.9 * (5.4 * TAU * phase).sin() } else { 0.0 };
     desk.stride("trajectory.csv", 90, strides);
-    let record = |more: &str| {
-        desk.write("record.json", &format!("{{\"period_s\": 1.5, \"speed_m_s\": 0.3, \"power_w\": 1{more}}}"))
-    };
 
-    record("");
+    desk.record(json!({ "period_s": 1.5, "speed_m_s": 0.3 }));
     let alone = desk.fails(&["trajectory.csv"]);
-    record(", \"window_s\": 1.5, \"strides_in_window\": 5.4");
+    desk.record(json!({ "period_s": 1.5, "speed_m_s": 0.3, "window_s": 1.5, "strides_in_window": 5.4 }));
     let known = desk.fails(&["trajectory.csv"]);
     let written = desk.fit(&["trajectory.csv", "--lag"]);
     let joined = desk.fit(&["trajectory.csv", "--lag", "--seam", "continuous"]);
@@ -288,7 +303,7 @@ fn a_window_of_several_strides_is_fitted_free_and_its_refusal_names_the_cause() 
     assert!(!known.contains("play it slower"), "{known}");
     assert_eq!((&written["seam"], &joined["seam"]), (&"free".into(), &"continuous".into()));
     let warnings = joined["warnings"].to_string();
-    assert!(warnings.contains("it is to follow 5.4 strides; record the stride itself"), "{warnings}");
+    assert!(warnings.contains("it must follow 5.4 strides; record the stride itself"), "{warnings}");
 }
 
 /// As the help advertises: the first column is of no interest.
@@ -313,7 +328,7 @@ fn a_list_of_columns_may_begin_with_a_skipped_one() {
 #[test]
 fn the_next_command_asks_for_no_more_than_the_servos_follow_and_the_policys_period_is_named() {
     let desk = Desk::new();
-    desk.write("record.json", "{\"period_s\": 1.0, \"speed_m_s\": 0.05, \"power_w\": 1.0}");
+    desk.record(json!({}));
 
     let args = ["trajectory.csv", "--time-stretch", "0.5"];
     let followed = desk.fit(&args)["largest_followed_amplitude"].as_f64().unwrap();

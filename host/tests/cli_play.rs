@@ -103,9 +103,9 @@ fn a_policy_needs_a_run_with_one() {
 #[test]
 fn a_policy_walks_in_simulation_and_the_robot_does_as_it_is_told() {
     use host::env::Env as _;
+    use host::learn::run_config::RunConfig;
     use host::learn::td3::policy::Policy;
     use host::learn::td3::random::{Purpose, episode_seed};
-    use host::learn::td3::run_config::RunConfig;
     use host::sim::{AntEnv, AntEnvConfig, Randomisation};
 
     let setting = Setting::new(patient());

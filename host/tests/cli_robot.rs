@@ -65,8 +65,8 @@ fn a_port_where_nobody_answers_is_given_up() {
 
     let message = fails(&mut setting.upload(), 4);
 
-    assert!(message.contains("no hello within 6 s, nor a single byte"), "{message}");
-    assert!(message.contains("was its firmware flashed"), "{message}");
+    assert!(message.contains("no hello within 6 s, and not a single byte"), "{message}");
+    assert!(message.contains("that its firmware is flashed"), "{message}");
     assert!(begin.elapsed() < Duration::from_secs(20));
 }
 
@@ -155,7 +155,7 @@ fn a_robot_that_did_not_move_has_no_cost_of_transport() {
 
     let message = fails(&mut setting.measure(&["--distance", "0"]), 3);
 
-    assert!(message.contains("without a distance above 0 there is no cost of transport"), "{message}");
+    assert!(message.contains("the distance must be above 0 for a cost of transport"), "{message}");
     assert_eq!(setting.trials().len(), 1);
 }
 
@@ -178,7 +178,7 @@ fn a_reset_in_mid_trial_is_named_with_its_cause() {
 
     let message = fails(&mut setting.measure(&["--distance", "1"]), 5);
 
-    assert!(message.contains("its supply sagged (brown-out)"), "{message}");
+    assert!(message.contains("its supply voltage dropped (brown-out)"), "{message}");
     assert!(message.contains("servo power must not come through the Nano"), "{message}");
 }
 

@@ -7,7 +7,7 @@ mod tiny_training;
 
 use bench_host::Setting;
 use fake_robot::Troubles;
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use host::run_folder;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ const MEASURE: [&str; 8] = ["measure", "--duration", "0.5", "--distance", "0.1",
 #[test]
 fn measure_takes_the_mass_of_the_named_robot_or_of_its_run() {
     let setting = Setting::new(Troubles::default());
-    let ant_kg = Robot::ant(1.0).unwrap().mass_kg();
+    let ant_kg = Robot::ant(LegScale::LONG).unwrap().mass_kg();
     let mass_kg = |more: &[&str]| json(&mut setting.host(&[&MEASURE[..], more].concat()))["mass_kg"].as_f64();
 
     assert!((mass_kg(&[]).unwrap() - ant_kg).abs() < 1e-8);

@@ -1,21 +1,16 @@
 //! `host sinusoid`: a short search, what it leaves, and bad flags.
 #![cfg(feature = "train")]
 
+mod host_command;
 #[cfg(unix)]
 mod interrupt;
 
-use assert_cmd::Command;
+use host_command::host;
 use serde_json::Value;
 use std::path::Path;
 
 /// The least search there is.
 const LEAST_S: &str = "2934";
-
-fn host(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("host").unwrap();
-    command.current_dir(folder).env("NO_COLOR", "1").env("COLUMNS", "400").args(args);
-    command
-}
 
 /// What it prints as JSON, on so many cores.
 fn search(folder: &Path, out: &str, cores: &str) -> Value {
@@ -26,10 +21,7 @@ fn search(folder: &Path, out: &str, cores: &str) -> Value {
 
 #[track_caller]
 fn refused(folder: &Path, code: i32, args: &[&str]) -> String {
-    let assert = host(folder, &[&["sinusoid"], args].concat()).assert().code(code);
-    assert!(assert.get_output().stdout.is_empty());
-    let message = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
-    message.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    host_command::refused(folder, code, &[&["sinusoid"], args].concat())
 }
 
 #[test]
@@ -68,7 +60,7 @@ fn bad_flags_name_the_value_the_limit_and_the_next_move() {
     let budget = refused(desk.path(), 2, &["--budget-s", "100"]);
     let no_number = refused(desk.path(), 2, &["--budget-s", "NaN"]);
     let name = refused(desk.path(), 2, &["--name", "a name of seventeen"]);
-    let leg = refused(desk.path(), 3, &["--leg", "7"]);
+    let leg = refused(desk.path(), 2, &["--leg", "7"]);
     let pairs = refused(desk.path(), 2, &["--pairs", "odd"]);
     let taken = refused(desk.path(), 2, &["--out", "run"]);
 
@@ -78,7 +70,7 @@ fn bad_flags_name_the_value_the_limit_and_the_next_move() {
     assert!(name.contains("a name of seventeen") && name.contains("1 to 16"), "{name}");
     assert!(leg.contains("leg_scale"), "{leg}");
     assert!(pairs.contains("diagonal") && pairs.contains("ends"), "{pairs}");
-    assert!(taken.contains("is there already: name another folder with --out"), "{taken}");
+    assert!(taken.contains("exists already: name another folder with --out"), "{taken}");
     assert_eq!(std::fs::read_dir(desk.path()).unwrap().count(), 1, "nothing is left behind");
 }
 

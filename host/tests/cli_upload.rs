@@ -116,7 +116,7 @@ fn a_dry_run_tells_what_each_joint_would_do_and_changes_nothing() {
     assert!(text.contains("1195..1497"), "{text}");
     assert!(text.contains("251 bytes could be uploaded; nothing was"), "{text}");
     assert_eq!(result["joints"][7]["highest_deg"], 22.0);
-    let servo = host::robot::Robot::ant(1.0).unwrap().servo;
+    let servo = host::robot::Robot::ant(host::robot::LegScale::LONG).unwrap().servo;
     let does = format!("its servo does {:.0}: it lags in", servo.top_speed_rad_s().to_degrees());
     assert!(result["warnings"][0].as_str().is_some_and(|text| text.contains(&does)), "{does}: {result:#}");
     assert_eq!(changes(&setting), 0, "{:?}", setting.done());

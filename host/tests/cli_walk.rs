@@ -53,12 +53,12 @@ fn a_fault_is_named_with_its_code_and_the_way_out_and_left_only_when_asked() {
     let setting = Setting::with(robot);
 
     let text = says(&mut setting.host(&["status"]));
-    assert!(text.contains("F5: its supply gave too much current"), "{text}");
+    assert!(text.contains("F5: the supply current was too high"), "{text}");
     assert!(text.contains("a caught leg, a stalled servo"), "{text}");
     assert!(text.contains("host status --clear-fault"), "{text}");
 
     let refused = fails(&mut setting.host(&["walk", "--for", "1"]), 5);
-    assert!(refused.contains("it stopped before and latched"), "{refused}");
+    assert!(refused.contains("a fault is latched"), "{refused}");
 
     let status = json(&mut setting.host(&["status", "--clear-fault", "--json"]));
     assert_eq!(status["state"], "idle");

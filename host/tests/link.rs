@@ -3,7 +3,7 @@
 mod fake_robot;
 
 use fake_robot::{FRAME_ENERGY_UJ, FakeRobot, Troubles};
-use host::device::link::{Link, LinkError, Patience};
+use host::device::link::{Link, LinkError, Timeouts};
 use host::device::trial::{self, Order, Trial, TrialStop};
 use host::device::upload::{self, Stage, UploadError, Uploaded};
 use host::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// A robot in memory answers at once; only what never comes is waited for.
-const PATIENCE: Patience = Patience {
+const TIMEOUTS: Timeouts = Timeouts {
     settle: Duration::from_millis(2),
     hello_every: Duration::from_millis(5),
     hello_for: Duration::from_millis(60),
@@ -43,7 +43,7 @@ fn amplitude() -> Amplitude {
 }
 
 fn connect(robot: &mut FakeRobot) -> Result<Link<&mut FakeRobot>, LinkError> {
-    Link::connect(robot, "the robot", PATIENCE)
+    Link::connect(robot, "the robot", TIMEOUTS)
 }
 
 fn upload(robot: &mut FakeRobot, table: &[u8]) -> Result<Uploaded, UploadError> {
@@ -95,8 +95,8 @@ fn silence_and_babble_are_told_apart() {
     let silence = connect(&mut silent).unwrap_err().to_string();
     let babble = connect(&mut babbling).unwrap_err().to_string();
 
-    assert!(silence.contains("nor a single byte"), "{silence}");
-    assert!(babble.contains("bytes that mean nothing"), "{babble}");
+    assert!(silence.contains("and not a single byte"), "{silence}");
+    assert!(babble.contains("bytes that are no message of a robot"), "{babble}");
 }
 
 #[test]
@@ -263,7 +263,7 @@ fn a_reset_in_mid_walk_ends_the_trial_with_its_cause() {
     let trial = walk(&mut robot);
 
     let Some(TrialStop::Link { source }) = trial.stop else { panic!("{:?}", trial.stop) };
-    assert!(source.to_string().contains("was reset: its supply sagged (brown-out)"), "{source}");
+    assert!(source.to_string().contains("was reset: its supply voltage dropped (brown-out)"), "{source}");
 }
 
 #[test]
@@ -328,7 +328,7 @@ fn a_full_memory_for_gaits_keeps_the_gait_it_had() {
         let error = upload(&mut robot, &table(name)).unwrap_err();
 
         let UploadError::Link { stage: Stage::Transfer, source } = &error else { panic!("{error}") };
-        assert!(source.to_string().contains("its places for gaits are all taken"), "{source}");
+        assert!(source.to_string().contains("all its places for gaits are taken"), "{source}");
         assert!(source.help().unwrap().contains("host gaits --erase NAME"));
         assert_eq!(robot.table, table("three"));
     }

@@ -4,7 +4,7 @@
 mod fake_robot;
 
 use fake_robot::{FakeRobot, Pose, Troubles};
-use host::device::link::{Link, Patience};
+use host::device::link::{Link, Timeouts};
 use host::device::stream::{PoseDeg, stream};
 use host::device::trial::{Trial, TrialStop};
 use protocol::{Command, Fault, State, WalkEnd};
@@ -13,7 +13,7 @@ use std::io::{ErrorKind, Read, Result, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-const PATIENCE: Patience = Patience {
+const TIMEOUTS: Timeouts = Timeouts {
     settle: Duration::from_millis(2),
     hello_every: Duration::from_millis(40),
     hello_for: Duration::from_millis(200),
@@ -96,7 +96,7 @@ fn numbered(count: usize) -> impl Iterator<Item = PoseDeg> {
 }
 
 fn play(robot: &mut FakeRobot, poses: impl Iterator<Item = PoseDeg>) -> Trial {
-    let mut link = Link::connect(Paced::new(robot), "the robot", PATIENCE).unwrap();
+    let mut link = Link::connect(Paced::new(robot), "the robot", TIMEOUTS).unwrap();
     stream(&mut link, poses, &AtomicBool::new(false), |_: State, _: u32| {}).unwrap()
 }
 
@@ -146,7 +146,7 @@ fn setpoints_travel_one_by_one_over_a_fast_adapter() {
 fn setpoints_travel_in_pairs_over_a_slow_adapter_and_none_is_late() {
     let mut robot = FakeRobot::new(Troubles::default());
     let adapter = Paced { hands_on_every: Duration::from_millis(16), ..Paced::new(&mut robot) };
-    let mut link = Link::connect(adapter, "the robot", PATIENCE).unwrap();
+    let mut link = Link::connect(adapter, "the robot", TIMEOUTS).unwrap();
 
     let trial = stream(&mut link, numbered(120), &AtomicBool::new(false), |_: State, _: u32| {}).unwrap();
 
@@ -192,7 +192,7 @@ fn a_fault_in_mid_stream_is_named() {
 fn an_interrupted_stream_stops_the_robot_at_once() {
     let mut robot = FakeRobot::new(Troubles::default());
     let stop = AtomicBool::new(false);
-    let mut link = Link::connect(Paced::new(&mut robot), "the robot", PATIENCE).unwrap();
+    let mut link = Link::connect(Paced::new(&mut robot), "the robot", TIMEOUTS).unwrap();
 
     let trial = stream(&mut link, numbered(90), &stop, |_: State, played: u32| {
         if played == 40 {

@@ -5,12 +5,12 @@
 mod cart;
 
 use cart::{Cart, Ride, learning};
-use host::learn::td3::POLICY_DESCRIPTION;
 use host::learn::td3::checkpoint::{self, CheckpointError};
 use host::learn::td3::config::{Learning, Td3Config};
 use host::learn::td3::device::Device;
 use host::learn::td3::outcome::{Ending, Outcome, TrainError};
 use host::learn::td3::policy::Policy;
+use host::learn::td3::policy_description::POLICY_DESCRIPTION;
 use host::run_folder;
 use std::path::Path;
 

@@ -191,7 +191,7 @@ fn flags_and_files_that_no_run_can_use_have_their_exit_codes() {
     fails(&["train", "--preset", "robust", "--robot", pony], 3, unfitted);
     fails(&["train", "--seeds", "4..4"], 2, "1 to 1000 seeds");
     fails(&["train", "--seeds", "0..2", "--seed", "1"], 2, "--seed");
-    fails(&["train", "--leg", "7"], 2, "7 is no leg scale");
+    fails(&["train", "--leg", "7"], 2, "leg_scale is 7");
     fails(&["train", "--resume", "nowhere"], 3, "nowhere");
     fails(&["train", "--resume", "nowhere", "--seed", "1"], 2, "--seed");
     fails(&["record"], 3, "runs/latest");
@@ -210,7 +210,7 @@ fn a_run_is_not_trained_over() {
     let output = host(folder.path()).args(args).assert().code(2);
 
     let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-    assert!(text.contains("holds a run already"), "{text}");
+    assert!(text.contains("already holds a run"), "{text}");
 }
 
 /// An untrained network stands or twitches; a stride made of that would be a lie.

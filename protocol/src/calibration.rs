@@ -1,8 +1,8 @@
 //! How one robot is built: servos, PWM, shunt, supply.
 //!
-//! Owns the layout of the record that robots keep in their EEPROM, and its
+//! Holds the layout of the record that robots keep in their EEPROM, and its
 //! ranges. Holds what the robot needs, in its own units: a host that thinks in
-//! microseconds and ohms converts. Refuses records that would move a servo
+//! microseconds and ohms converts. Records are refused that would move a servo
 //! beyond the pulses they declare, or use an output twice.
 //!
 //! Layout, little endian: per joint channel and direction (1 byte), neutral (2),
@@ -104,7 +104,7 @@ impl BoardCalibration {
     }
 }
 
-/// Why bytes are no calibration.
+/// Why bytes are not a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CalibrationError {
     /// Not [`CALIBRATION_LEN`] bytes.

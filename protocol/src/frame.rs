@@ -1,7 +1,7 @@
 //! Frames on the wire: postcard, CRC-16, COBS, and a zero byte after each.
 //!
 //! `COBS(postcard(message) ++ crc16_le) ++ 0`. A receiver that lost a byte is
-//! back in step at the next zero. Refuses to guess: a frame is whole or gone.
+//! back in step at the next zero. A damaged frame is dropped, never repaired.
 //!
 //! COBS replaces two values here instead of one: 0, and [`STOP_BYTE`], which so
 //! never occurs within a frame and stops the robot wherever it arrives. A code
@@ -156,7 +156,7 @@ pub fn unframe(frame: &mut [u8]) -> Result<&[u8], FrameError> {
 /// Reads the message in a checked frame body.
 ///
 /// # Errors
-/// [`FrameError::Meaning`] if the bytes are no such message, or go on after it.
+/// [`FrameError::Meaning`] if the bytes are not that message, or go on after it.
 pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, FrameError> {
     wire::from_bytes(body).map_err(|_| FrameError::Meaning)
 }

@@ -23,13 +23,15 @@
 
 mod curve;
 mod encoded;
+mod layout;
 mod sampled;
 mod table;
 mod units;
 
 pub use curve::{Coefficient, JointCurve, PlainProduct, Product};
 pub use encoded::Encoded;
-pub use sampled::{MAX_ROWS, Rows, STEP_UNITS_PER_DEG, SampledTable};
+pub use layout::MAX_ROWS;
+pub use sampled::{Rows, STEP_UNITS_PER_DEG, SampledTable};
 pub use table::GaitTable;
 pub use units::{Amplitude, Angle, Name, Speed};
 
@@ -53,7 +55,7 @@ pub const MIN_PERIOD_US: u32 = 100_000;
 /// Longest stride a table may ask for.
 pub const MAX_PERIOD_US: u32 = 60_000_000;
 
-/// Why bytes are no gait.
+/// Why bytes are not a gait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GaitError {
     /// Shorter than a gait, longer than [`MAX_ENCODED_LEN`], or the encoding ends early.

@@ -3,8 +3,25 @@
 //! The paper calls the lower joint of a leg "ankle"; field usage and this
 //! project call it the knee. This is the only place that says so.
 
-/// Joints of the Ant: a hip and a knee on each of four legs.
-pub const JOINT_COUNT: usize = 8;
+/// Legs of a robot.
+pub const LEG_COUNT: usize = 4;
+
+/// Joints of a robot: a hip and a knee on each leg.
+///
+/// "Four legs of two servos" is a decision, not a parameter:
+/// - A gait travels and is stored as eight curves of fixed length (264 bytes with
+///   its CRC), so that a robot finds each without decoding the others; three
+///   gaits, a calibration and a trial take most of the ATmega328P's 1,024 bytes of
+///   EEPROM.
+/// - The firmware sends eight of the PCA9685's sixteen channels in one burst of 33
+///   bytes a frame, 0.77 ms at 400 kHz.
+/// - The paper's policy has 27 observations and 8 actions, its tables 8 columns.
+///
+/// Another number of joints changes these two constants, [`Joint`], the layout in
+/// `gait/layout.rs` and [`crate::PROTOCOL_VERSION`]; in the firmware the EEPROM
+/// map, the burst and the memory limits; in the host `robot::Model`, the
+/// observation of `sim::ant_env` and every trained policy.
+pub const JOINT_COUNT: usize = 2 * LEG_COUNT;
 
 /// A joint, in table and channel order: hips of legs 1 to 4, then knees.
 ///
@@ -38,13 +55,13 @@ impl Joint {
     /// Leg number, 1 to 4.
     #[must_use]
     pub const fn leg(self) -> u8 {
-        (self as u8) % 4 + 1
+        (self as u8) % LEG_COUNT as u8 + 1
     }
 
     /// Whether the joint moves the whole leg in the horizontal plane.
     #[must_use]
     pub const fn is_hip(self) -> bool {
-        (self as u8) < 4
+        (self as u8) < LEG_COUNT as u8
     }
 
     /// Lower-case name, as in files and messages: `hip1`, `knee4`.
@@ -67,7 +84,7 @@ impl Joint {
     pub fn from_name(name: &str) -> Option<Self> {
         let paper = ["ank1", "ank2", "ank3", "ank4"];
         if let Some(leg) = paper.iter().position(|&p| p == name) {
-            return Some(Self::ALL[4 + leg]);
+            return Some(Self::ALL[LEG_COUNT + leg]);
         }
         Self::ALL.into_iter().find(|j| j.name() == name)
     }

@@ -1,11 +1,11 @@
 //! What host and robot say to each other, and the one function that turns a
 //! gait into joint angles.
 //!
-//! Owns the wire messages ([`command`], [`telemetry`]), their framing
+//! Holds the wire messages ([`command`], [`message`], [`telemetry`]), their framing
 //! ([`frame`]), the gait table and its integer evaluation ([`gait`]), the
 //! records that a robot keeps ([`calibration`], [`trial`]), and the order of the
-//! joints ([`joint`]). Refuses everything else: no ports, no
-//! clocks, no allocation, no floating point outside [`gait`]'s quantisation,
+//! joints ([`joint`]). Does not depend on ports,
+//! clocks or an allocator, nor on floating point outside [`gait`]'s quantisation,
 //! which only the host calls.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -16,6 +16,7 @@ pub mod crc;
 pub mod frame;
 pub mod gait;
 pub mod joint;
+pub mod message;
 pub mod telemetry;
 pub mod trial;
 pub mod wire;
@@ -23,14 +24,15 @@ pub mod wire;
 pub use calibration::Calibration;
 pub use command::{Chunk, Command, HelloReply, Limits, Refusal, Reply, Status};
 pub use gait::{Amplitude, Angle, GaitTable, JointCurve, Name, Speed};
-pub use joint::{JOINT_COUNT, Joint};
-pub use telemetry::{Event, Fault, Message, ResetCause, State, Telemetry, WalkEnd};
+pub use joint::{JOINT_COUNT, Joint, LEG_COUNT};
+pub use message::Message;
+pub use telemetry::{Event, Fault, ResetCause, State, Telemetry, WalkEnd};
 pub use trial::TrialRecord;
 
 /// Version of the messages in this crate; host and robot must agree exactly.
 ///
 /// [`Command::Hello`] and [`Refusal::ProtocolVersion`] keep their encoding in
-/// every version, so that two strangers can at least say why they part.
+/// every version, so that any two versions can tell each other why they disagree.
 pub const PROTOCOL_VERSION: u8 = 3;
 
 /// Gait frames a second: one setpoint per joint and one energy sample each.

@@ -1,23 +1,8 @@
-//! Robot to host: answers, telemetry, events.
+//! What a robot reports of itself: its state, its samples, its events.
+//!
+//! Does not depend on the commands that it answers; see [`crate::message`].
 
-use crate::command::{Chunk, Reply};
 use serde::{Deserialize, Serialize};
-
-/// Everything a robot may send; `D` holds a piece of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Message<D = Chunk> {
-    /// The answer to the command with sequence number `seq`. Encoding frozen.
-    Reply {
-        /// The command's sequence number.
-        seq: u8,
-        /// The answer.
-        reply: Reply<D>,
-    },
-    /// One sample of the stream.
-    Telemetry(Telemetry),
-    /// Something happened that nobody asked about.
-    Event(Event),
-}
 
 /// What the robot is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

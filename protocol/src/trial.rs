@@ -1,6 +1,6 @@
 //! What a robot remembers of its last walk, through power-off.
 //!
-//! Owns the record's layout: postcard with fixed lengths, so that a robot
+//! Holds the record's layout: postcard with fixed lengths, so that a robot
 //! writes it byte by byte and a host reads it whole.
 
 use crate::gait::Amplitude;

@@ -1,11 +1,11 @@
 //! Messages to postcard bytes and back, in as little flash as an AVR has for it.
 //!
-//! Owns the part of postcard's format that our messages use: variants below 128
+//! Holds the part of postcard's format that our messages use: variants below 128
 //! in one byte, varints of 16 and 32 bits, zigzag, options, byte strings, tuples
 //! and structs. The `postcard` crate writes and reads the same bytes, as
 //! `tests/wire.rs` holds for every message, and does so wherever flash is plenty;
 //! through it the firmware's image is 2 KB longer, for looking at every field's
-//! outcome and for variant numbers of 32 bits. Refuses types of other shapes.
+//! outcome and for variant numbers of 32 bits. Types of other shapes are refused.
 
 mod read;
 mod write;
@@ -13,7 +13,7 @@ mod write;
 pub use read::from_bytes;
 pub(crate) use write::{Sink, Writer};
 
-/// The bytes are no such message, or a message has a type that is not ours.
+/// The bytes are not a message of this protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WireError;
 

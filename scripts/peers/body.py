@@ -1,8 +1,8 @@
 """The fitted Ant as the peers' engines load it, made from host/robots/ant.
 
-Owns two texts: MJCF with ground, servos and the fitted numbers put in, and a URDF
-written from what MuJoCo compiled of it, so that PyBullet has the same masses,
-inertias, frames and shapes. Refuses to know the task.
+Holds two formats: MJCF with ground, servos and the fitted numbers, and a URDF written
+from what MuJoCo compiled of it, so that PyBullet has the same masses, inertias, frames
+and shapes. Does not depend on the reward or the observation.
 """
 
 import xml.etree.ElementTree as tree
@@ -73,7 +73,7 @@ def rotation(quaternion_wxyz):
 
 
 def urdf(task, model):
-    """What MuJoCo made of the body, for PyBullet; a link a moving part."""
+    """The body as MuJoCo compiled it, for PyBullet; one link for each moving part."""
     root = tree.Element("robot", name="ant")
     servo = task.robot["servo"]
     for body in range(1, model.nbody):
@@ -87,7 +87,7 @@ def urdf(task, model):
         axes = axes.reshape(3, 3)
         tensor = axes @ np.diag(model.body_inertia[body]) @ axes.T
         places = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-        # What is left of rounding beside the diagonal must not be taken for a tilt.
+        # Rounding errors off the diagonal must not become a rotation.
         tensor[np.abs(tensor) < 1e-9 * tensor.max()] = 0.0
         tree.SubElement(inertial, "inertia", **{name: repr(float(tensor[at])) for name, at in places.items()})
         for geom in range(model.ngeom):

@@ -1,6 +1,6 @@
-"""The task in PyBullet, as a gymnasium environment: what Stable-Baselines3 takes.
+"""The task in PyBullet, as a gymnasium environment for Stable-Baselines3.
 
-Owns one connection to the engine. Solver iterations and substeps are set as
+Holds one connection to the engine. Solver iterations and substeps are set as
 pybullet-gym's scenes set them, on which the paper's authors built.
 """
 
@@ -29,20 +29,20 @@ class BulletAnt(gymnasium.Env):
         joints = {engine.getJointInfo(self.robot, j)[1].decode(): j for j in range(ACTION)}
         self.joints = [joints[f"{kind}{leg}"] for kind in ("hip", "knee") for leg in range(1, 5)]
         servo = task.robot["servo"]
-        # Two surfaces' frictions are multiplied.
+        # The engine multiplies the friction of both surfaces.
         engine.changeDynamics(ground, -1, lateralFriction=1.0)
         for link in range(-1, ACTION):
             engine.changeDynamics(
                 self.robot, link, lateralFriction=task.robot["ground"]["friction"], linearDamping=0.0,
                 angularDamping=0.0, jointDamping=0.0,
             )  # fmt: skip
-        # The engine's position motor nears its target by this share each physics step, as
-        # fast as our spring with its damper does: a lag of damping / stiffness.
+        # The engine's position motor approaches its target by this share each physics step, at
+        # the rate of our spring with its damper: a lag of damping / stiffness.
         step_s = 1.0 / (CONTROL_HZ * PHYSICS_STEPS)
         self.gains = list(step_s * task.stiffness_n_m_rad / servo["damping_n_m_s_rad"])
         self.velocity_gains = [1.0] * ACTION
         self.torques = [servo["torque_limit_n_m"]] * ACTION
-        # The spring pulls no harder than the torque limit: its target is no farther away than this.
+        # Beyond this distance of the target the spring is at the torque limit.
         self.pull_rad = servo["torque_limit_n_m"] / task.stiffness_n_m_rad
 
     def read(self):

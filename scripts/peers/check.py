@@ -1,6 +1,6 @@
-"""Holds the peers' bodies, tasks and gaits against each other (bench-peers.py --check).
+"""Compares the peers' bodies, tasks and gaits with each other (bench-peers.py --check).
 
-Owns the comparison. Nothing here is timed; it takes a few seconds.
+Holds the comparison. Does not depend on timing; it takes a few seconds.
 """
 
 import pathlib
@@ -93,7 +93,7 @@ def report():
         print(f", at {height_m:.3f} m in PyBullet")
         say("speed of host bench's trot in PyBullet and MuJoCo, m/s", bullet_m_s, mujoco_m_s, 0.05)
 
-        # What training begins with: an engine that is unstable at this step would fling the robot.
+        # Training starts with random actions: an engine that is unstable at this step would throw the robot up.
         for name, step in (("MuJoCo", with_mujoco), ("PyBullet", with_bullet)):
             rng = np.random.default_rng(0)
             highest_m = max(step(rng.uniform(-1.0, 1.0, 8))[2] for _ in range(RANDOM_STEPS))

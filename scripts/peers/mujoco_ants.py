@@ -1,7 +1,7 @@
-"""The task in MuJoCo: as many Ants as wanted in one process, a row each.
+"""The task in MuJoCo: several Ants in one process, a row each.
 
-Owns their states and episodes. One call of the engine a control step and robot;
-observation and reward of all robots are computed at once, which suits numpy best.
+Holds their states and episodes. One call of the engine for each control step and robot;
+observation and reward are computed for all robots together, which is fastest in numpy.
 """
 
 import mujoco
@@ -10,7 +10,7 @@ import numpy as np
 from peers.body import mjcf
 from peers.task import ACTION, PHYSICS_STEPS
 
-# In the file's order a leg's hip and knee follow each other.
+# In the order of the file each leg's knee follows its hip.
 JOINTS = np.array([0, 2, 4, 6, 1, 3, 5, 7])
 
 
@@ -39,7 +39,7 @@ class MujocoAnts:
     def observe(self):
         q, v = self.q, self.v
         w, axis = q[:, 3:4], q[:, 4:7]
-        # The engine gives the turning in the torso's frame; the task has it in the world's.
+        # The engine's angular velocity is in the torso's frame, the task's in the world's.
         turning = v[:, 3:6]
         twice = 2.0 * cross(axis, turning)
         turning = turning + w * twice + cross(axis, twice)
@@ -47,8 +47,8 @@ class MujocoAnts:
         return self.task.observe(q[:, :3], xyzw, v[:, :3], turning, q[:, 7 + JOINTS], v[:, 6 + JOINTS])
 
     def step(self, action, playing=None):
-        """What follows, rewards, ends, cuts. Afterwards `observation` is that of new episodes where one
-        is over. Robots that are not `playing` stand still, and what is said of them means nothing."""
+        """Next observations, rewards, terminal, truncated. Afterwards `observation` is that of the new
+        episode where one has ended. Robots that are not `playing` stand still; their rows mean nothing."""
         action = np.clip(action, -1.0, 1.0)
         self.setpoint_rad = self.task.setpoint(self.setpoint_rad, action)
         before_m = self.q[:, 0].copy()
@@ -71,5 +71,5 @@ class MujocoAnts:
 
 
 def cross(a, b):
-    """numpy's own takes five times as long for a few rows."""
+    """numpy.cross takes five times as long for a few rows."""
     return a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]

@@ -1,8 +1,8 @@
-"""TD3 in PyTorch as a loop of one's own, and that loop training in MuJoCo.
+"""TD3 as a plain PyTorch loop, and that loop training in MuJoCo.
 
-Networks, batch and constants are host/configs/paper.toml's. "plain" is the update
-as most write it; "fused" saves what PyTorch lets one save: fused Adam, both critics
-in one loss, targets moved by one foreach call.
+Networks, batch and constants are host/configs/paper.toml's. "plain" is the update as it
+is usually written; "fused" uses PyTorch's faster calls: fused Adam, both critics in one
+loss, target networks updated by one foreach call.
 """
 
 import time
@@ -23,7 +23,7 @@ def network(config, inputs, outputs):
 
 
 class Replay:
-    """A ring of transitions."""
+    """The replay buffer, a ring buffer of transitions."""
 
     def __init__(self, size):
         self.size, self.filled, self.next = size, 0, 0
@@ -37,7 +37,7 @@ class Replay:
         self.action[rows] = torch.from_numpy(action.astype(np.float32))
         self.reward[rows, 0] = torch.from_numpy(reward.astype(np.float32))
         self.following[rows] = torch.from_numpy(following)
-        # A cut is no end.
+        # A time limit is not terminal.
         self.continuation[rows, 0] = torch.from_numpy((~fell).astype(np.float32))
         self.next = (self.next + len(observation)) % self.size
         self.filled = min(self.filled + len(observation), self.size)
@@ -105,7 +105,7 @@ class Learner:
 
 
 def updates_per_s(learner, updates):
-    """Of a learner whose replay is full."""
+    """Updates a second of a learner whose replay buffer is full."""
     began = time.perf_counter()
     for _ in range(updates):
         learner.update()
@@ -141,7 +141,7 @@ def train(config, ants, judges, budget, seed):
 
 
 def evaluate(learner, judges, episodes):
-    """Plays noise-free episodes, as many to a robot as to the next; mean steps of one."""
+    """Plays episodes without noise, the same number with each robot; mean steps of an episode."""
     robots = len(judges.worlds)
     left = np.array([(episodes + robot) // robots for robot in range(robots)])
     for robot in range(robots):

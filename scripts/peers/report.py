@@ -1,6 +1,6 @@
 """What `make bench-peers` prints: a table for people, an object for programs.
 
-Owns the words and the spread of a figure. Measures nothing.
+Holds the texts and the statistics of a figure. Does not depend on how it was measured.
 """
 
 import os
@@ -16,8 +16,8 @@ KINDS = {
     "walking": "control steps/s walking, one thread",
     "updates": "updates/s, one thread",
     "training": "control steps/s of training, evaluation included",
-    "learning": "control steps/s of training, evaluation left out",
-    "episode": "control steps an evaluation's episode lasted",
+    "learning": "control steps/s of training, without evaluation",
+    "episode": "control steps of an episode of the evaluation",
 }
 
 
@@ -32,7 +32,7 @@ def words(value, decimals):
 def table(peers, rounds, figures, ratios):
     budget = peers.budget
     print(
-        f"\nMedians of {rounds} rounds (least to largest); a round trains {budget.updates} updates,"
+        f"\nMedians of {rounds} rounds (minimum to maximum); a round trains {budget.updates} updates,"
         f" {budget.share:.2%} of the paper's budget, with {budget.evaluation_episodes} episodes of evaluation."
     )
     for kind, title in KINDS.items():
@@ -41,7 +41,7 @@ def table(peers, rounds, figures, ratios):
             ratio = ratios[kind].get(name)
             line = f"  {name:<32} {words(spread(values), 0):<28}"
             print(line + (f" ours is {words(spread(ratio), 2)} times as fast" if ratio else ""))
-    print("\nHow the peers train fastest here, control steps/s in a short trial; the best was taken:")
+    print("\nWhich way of training is fastest here, control steps/s in a short trial; the best was used:")
     for name, rate in peers.trials.items():
         print(f"  {name:<52} {rate:.0f}")
 

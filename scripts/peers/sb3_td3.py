@@ -1,7 +1,8 @@
 """Stable-Baselines3's TD3 training in PyBullet.
 
-Its own classes throughout: networks, buffer, exploration noise, evaluation. Owns how
-the environments are run: all in this process, or a process each.
+All classes are its own: networks, replay buffer, exploration noise, evaluation. Holds the
+way that environments run: all in this process, or each in its own. Does not depend on
+MuJoCo.
 """
 
 import time
@@ -26,7 +27,7 @@ def model(config, ants, budget, seed):
     return TD3(
         "MlpPolicy",
         ants,
-        # It has one rate for both; paper.toml's actor has 3e-4.
+        # It has one learning rate for both; paper.toml's actor has 3e-4.
         learning_rate=config["critic_learning_rate"],
         buffer_size=config["buffer_size"],
         learning_starts=budget.warm_up_steps,
@@ -64,11 +65,11 @@ def train(config, ants, judges, budget, seed):
 
 
 class Updates:
-    """Its update alone, from a full buffer of noise."""
+    """Its update only, from a full replay buffer of noise."""
 
     def __init__(self, config, ants, budget):
         self.td3 = model(config, ants, budget, 0)
-        # What `learn` sets up before it trains, loggers among it.
+        # What `learn` sets up before it trains, such as loggers.
         self.td3._setup_learn(0)
         buffer, rng = self.td3.replay_buffer, np.random.default_rng(0)
         for numbers in (buffer.observations, buffer.next_observations, buffer.rewards):

@@ -1,8 +1,8 @@
 """The Ant's task as both peers play it: observation, reward and end of host/src/sim/ant_env.rs.
 
-Owns the arithmetic, on whole arrays with a robot a row, and the numbers of
-host/configs/paper.toml and host/robots/ant/robot.toml, which it reads. Knows no
-engine. Refuses a configuration with terms that are not written here.
+Holds the arithmetic, on arrays with a row for each robot, and reads the numbers from
+host/configs/paper.toml and host/robots/ant/robot.toml. Does not depend on an engine. A
+configuration with reward terms that are not written here is an error.
 """
 
 import pathlib
@@ -14,6 +14,17 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 CONFIG = ROOT / "host/configs/paper.toml"
 ROBOT = ROOT / "host/robots/ant"
 
+# Keys of [env.reward] that `weigh` uses; any other one must have the weight 0.
+REWARD_KEYS = {
+    "alive",
+    "alive_height_m",
+    "forward",
+    "electricity_form",
+    "electricity",
+    "stall",
+    "joint_at_limit",
+    "feet_collision",
+}
 OBSERVATION, ACTION = 27, 8
 CONTROL_HZ, PHYSICS_STEPS = 60, 4
 ACTION_RAD = np.radians(45.0)
@@ -34,16 +45,18 @@ class Task:
         self.config = tomllib.loads(CONFIG.read_text())
         self.robot = tomllib.loads((ROBOT / "robot.toml").read_text())
         env, self.reward = self.config["env"], self.config["env"]["reward"]
+        unknown = [name for name, weight in self.reward.items() if name not in REWARD_KEYS and weight]
+        if unknown:
+            raise Unsupported(f"{CONFIG}: scripts/peers/task.py has no reward term {', '.join(unknown)}: add it there")
         plain = (
             self.reward["electricity_form"] == "action-times-speed"
-            and not any(self.reward[term] for term in ("fall", "drift", "heading"))
             and "slew_limit_rad_s" not in env
             and env["max_tilt_rad"] > np.pi
             and self.config["leg_scale"] == 1.0
             and not any(env["start"][term] for term in ("yaw_rad", "height_m", "friction_share"))
         )
         if not plain:
-            raise Unsupported(f"{CONFIG} has terms that scripts/peers/task.py does not: add them there")
+            raise Unsupported(f"{CONFIG} has settings that scripts/peers/task.py does not have: add them there")
         self.episode_steps = env["episode_steps"]
         self.setpoint_limit = env["setpoint_limit"]
         self.start_joint_rad = env["start"]["joint_rad"]
@@ -57,14 +70,14 @@ class Task:
         self.stiffness_n_m_rad = np.full(ACTION, servo["stiffness_n_m_rad"])
 
     def standing_height_m(self, angles):
-        """Of the level torso over its lowest foot."""
+        """Height of the level torso above its lowest foot."""
         return float(np.max(self.foot_m * np.sin(self.slope_rad + angles[4:]))) + self.foot_radius_m
 
     def start_angles(self, rng):
         return rng.uniform(-self.start_joint_rad, self.start_joint_rad, ACTION)
 
     def setpoint(self, setpoint_rad, action):
-        """Where the servos' setpoints are after an action."""
+        """The servos' setpoints after an action."""
         asked = np.clip(action, -self.setpoint_limit, self.setpoint_limit) * ACTION_RAD
         asked = np.clip(asked, -self.end_stop_rad, self.end_stop_rad)
         return setpoint_rad + np.clip(asked - setpoint_rad, -self.reach_rad, self.reach_rad)
@@ -95,7 +108,7 @@ class Task:
         return total, ~standing
 
     def touching(self, angles):
-        """Pairs of neighbouring shins nearer than TOUCHING_M, [robots]; joint angles tell it all."""
+        """Pairs of neighbouring shins nearer than TOUCHING_M, [robots], from the joint angles."""
         azimuth, slope = LEG_RAD + angles[:, :4], self.slope_rad + angles[:, 4:]
         flat = np.cos(slope)
         out = np.stack([np.cos(azimuth), np.sin(azimuth)], 2)
@@ -107,7 +120,7 @@ class Task:
         shins[:, :, 2] = -self.foot_m * np.sin(slope)
         middles = knees + 0.5 * shins
         apart = middles[:, NEXT_LEG] - middles
-        # Shins whose middles are a shin apart cannot meet: nearly always all of them.
+        # Shins whose middles are a shin apart cannot touch, which is true for nearly all.
         near = (apart * apart).sum(2) < (self.foot_m + TOUCHING_M) ** 2
         pairs = np.zeros(len(angles), int)
         for row, leg in np.argwhere(near):
@@ -118,14 +131,14 @@ class Task:
 
 
 def segment_distance(from_a, along_a, from_b, along_b):
-    """Least distance of two segments of the same length and more than none."""
+    """Minimum distance of two segments of the same length, which is not 0."""
     between = from_a - from_b
     aa, bb, ab = along_a @ along_a, along_b @ along_b, along_a @ along_b
     at_a = 0.0
     determinant = aa * bb - ab * ab
     if determinant > 1e-9 * aa * bb:
         at_a = np.clip((ab * (along_b @ between) - bb * (along_a @ between)) / determinant, 0.0, 1.0)
-    # Held within one segment after the other.
+    # Clamped to one segment and then to the other.
     at_b = np.clip((ab * at_a + along_b @ between) / bb, 0.0, 1.0)
     at_a = np.clip((ab * at_b - along_a @ between) / aa, 0.0, 1.0)
     return np.linalg.norm(between + at_a * along_a - at_b * along_b)

@@ -1,7 +1,7 @@
-//! From servo pulses to a body: what a position servo makes of its signal.
+//! From servo pulses to a body: the angle that a position servo takes from its signal.
 //!
-//! Owns the calibration of the servos' pulses and the narrow view of a body
-//! that the virtual robot needs. Refuses to know physics: [`host::sim::World`]
+//! Holds the calibration of the servos' pulses and the narrow view of a body
+//! that the virtual robot needs. Does not depend on physics: [`host::sim::World`]
 //! has them, and [`Bench`] has none.
 
 use host::robot::Servo;

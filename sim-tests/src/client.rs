@@ -1,9 +1,9 @@
 //! A host that lives in the same emulated time as the robot.
 //!
-//! Owns one end of the serial line: it frames commands, waits for their
+//! Holds one end of the serial line: it frames commands, waits for their
 //! answers, and keeps everything else that the robot says, with the cycle at
-//! which its last byte arrived. Refuses to repeat itself: on this line nothing
-//! gets lost, so a lost answer is a finding.
+//! which its last byte arrived. Never repeats a command: on this line nothing gets
+//! lost, so a lost answer is a finding. Does not depend on the wall clock.
 
 use crate::nano::{CLOCK_HZ, NanoError};
 use crate::virtual_robot::VirtualRobot;
@@ -26,13 +26,8 @@ pub enum ClientError {
     Nano(#[from] NanoError),
     /// Nothing came back.
     #[error("no answer to {command:?} within {seconds} s")]
-    Silence {
-        /// What was asked.
-        command: Box<Command>,
-        /// How long was waited.
-        seconds: f64,
-    },
-    /// The robot sent something that is no frame.
+    Silence { command: Box<Command>, seconds: f64 },
+    /// The robot sent something that is not a frame.
     #[error("the robot sent a broken frame: {0:?}")]
     Frame(FrameError),
     /// The gait cannot be sent at all.

@@ -1,21 +1,20 @@
 //! The supply: from the power that the robot draws to volts, amperes, joules.
 //!
-//! Owns the true energy, integrated exactly between changes of the power.
-//! The chain is an ideal source, its internal resistance, the INA219's shunt,
-//! then everything else: servos through their own supply line, and the Nano.
-//! True energy is taken at the battery's terminals, before the shunt: it is
-//! what the battery gives, and slightly more than the INA219 can see.
+//! Holds the true energy, integrated exactly between changes of the power. Does
+//! not depend on the body. The chain is an ideal source, its internal resistance,
+//! the INA219's shunt, then everything else: servos through their own supply
+//! line, and the Nano. True energy is taken at the battery's terminals, before
+//! the shunt: it is what the battery gives, and slightly more than the INA219 can
+//! see.
 
 use thiserror::Error;
 
-/// The supply's parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SupplyParameters {
     /// Voltage without load.
     pub open_circuit_v: f64,
     /// Battery, switch and leads.
     pub resistance_ohm: f64,
-    /// The INA219's shunt.
     pub shunt_ohm: f64,
 }
 
@@ -112,7 +111,6 @@ impl Supply {
         self.terminal_v() - self.shunt_v()
     }
 
-    /// Voltage across the shunt.
     #[must_use]
     pub fn shunt_v(&self) -> f64 {
         self.current_a * self.parameters.shunt_ohm

@@ -1,8 +1,8 @@
 //! Reads the firmware's ELF file into a flash image.
 //!
-//! Owns the little of ELF that an ATmega328P needs: load segments below the
-//! data space. Refuses files that are no AVR executable, with the next move;
-//! simavr's own loader ends the process on some of them.
+//! Holds the part of ELF that an ATmega328P needs: load segments below the data
+//! space. Anything but an AVR executable is an error that says what to do; simavr's
+//! own loader ends the process on some of them. Does not depend on simavr.
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -17,7 +17,7 @@ const MACHINE_AVR: u16 = 83;
 /// AVR's linker puts data space from here on; what lies below is flash.
 const DATA_SPACE: u32 = 0x0080_0000;
 
-/// Why a file is no firmware image.
+/// Why a file is not a firmware image.
 #[derive(Debug, Error)]
 pub enum ImageError {
     /// The file is not there.
@@ -28,16 +28,10 @@ pub enum ImageError {
     },
     /// The file is there and cannot be read.
     #[error("cannot read {path}")]
-    Read {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// Another kind of file.
-    #[error("{path} is no AVR executable ({what}): build one with `make firmware`")]
+    #[error("{path} is not an AVR executable ({what}): build one with `make firmware`")]
     NotAvr {
-        /// Which.
         path: PathBuf,
         /// What gave it away.
         what: &'static str,
@@ -45,7 +39,6 @@ pub enum ImageError {
     /// The program does not fit.
     #[error("{path} asks for flash up to {end:#x}, but an ATmega328P ends at {FLASH_LEN:#x}")]
     TooLarge {
-        /// Which.
         path: PathBuf,
         /// First address behind the segment.
         end: u64,

@@ -1,10 +1,10 @@
 //! Named gaits, each with its unquantised formula.
 //!
-//! Owns the f64 reference that the robot's pulses are held against: it shares
-//! no arithmetic with [`protocol::gait`]. Refuses files; these gaits are code.
+//! Holds the f64 reference that the robot's pulses are compared with. Does not depend
+//! on the arithmetic of [`protocol::gait`], nor on files: these gaits are code.
 
 use protocol::gait::COEFFICIENT_COUNT;
-use protocol::{Amplitude, Angle, GaitTable, JOINT_COUNT, JointCurve, Name};
+use protocol::{Amplitude, Angle, GaitTable, JOINT_COUNT, JointCurve, LEG_COUNT, Name};
 use std::f64::consts::{PI, TAU};
 
 /// A gait before it is quantised.
@@ -69,9 +69,9 @@ pub fn trot() -> Gait {
     // Legs 1 and 3 together, half a stride before 2 and 4. Forward is x: legs 1
     // and 2 point to the left of it and swing forward clockwise.
     let deviation_deg = |joint: usize, phase: f64| {
-        let leg = joint % 4;
+        let leg = joint % LEG_COUNT;
         let phase = phase + if leg.is_multiple_of(2) { 0.0 } else { 0.5 };
-        if joint < 4 {
+        if joint < LEG_COUNT {
             let forward = if leg < 2 { -1.0 } else { 1.0 };
             forward * 11.0 * (TAU * phase).sin()
         } else {

@@ -1,9 +1,10 @@
 //! The Nano: the real firmware image on an emulated ATmega328P.
 //!
-//! Owns simavr, the wires between it and the chips, and the serial line with
+//! Holds simavr, the wires between it and the chips, and the serial line with
 //! its timing. One thread and no wall clock: the same bytes at the same cycles
-//! give the same run, bit by bit. Refuses to go on after the program crashed
-//! or fell asleep for ever.
+//! give the same run, bit by bit. A program that crashed or fell asleep for ever is
+//! an error. Does not depend on the body, nor on what the bytes mean. Longer than
+//! most files: the board's state and its life from power-on to the end.
 //!
 //! Where simavr is kinder than the chip, this module is not: a serial byte
 //! takes 10 bits instead of 11, the receiver holds 3 bytes instead of 64, a
@@ -12,6 +13,7 @@
 //! Nano's fuses ask for. What stays kinder: a STOP takes no time, and the
 //! watchdog's oscillator, which times that start-up too, is exact.
 
+mod hooks;
 mod inside;
 mod pins;
 mod run;
@@ -22,13 +24,13 @@ mod wires;
 
 use crate::devices::Bus;
 use crate::firmware_image::{FLASH_LEN, FirmwareImage};
-pub use pins::OutputEnable;
 use simavr_ffi as ffi;
 use std::cell::{Ref, RefMut};
 use std::collections::VecDeque;
 use std::ptr::NonNull;
 use thiserror::Error;
 use trace::Trace;
+pub use wires::OutputEnable;
 use wires::Wires;
 
 /// Cycles a second of the Nano's crystal.
@@ -71,7 +73,6 @@ pub enum NanoError {
     Crashed {
         /// Where, in bytes.
         pc: u32,
-        /// When.
         cycle: u64,
     },
     /// Asleep with interrupts disabled: nothing can wake it.
@@ -79,11 +80,12 @@ pub enum NanoError {
     AsleepForEver {
         /// Where, in bytes.
         pc: u32,
-        /// When.
         cycle: u64,
     },
     /// simavr was built without this chip.
-    #[error("simavr knows no ATmega328P: rebuild simavr-ffi with the package avr-libc installed")]
+    #[error(
+        "simavr was built without the ATmega328P: rebuild simavr-ffi with the package avr-libc installed"
+    )]
     UnknownChip,
 }
 
@@ -108,7 +110,6 @@ enum ResetKind {
     Watchdog,
 }
 
-/// One board.
 pub struct Nano {
     avr: NonNull<ffi::avr_t>,
     twi: NonNull<ffi::avr_twi_t>,
@@ -139,7 +140,7 @@ impl Nano {
         // SAFETY: the name is a C string; a null result is handled.
         let avr = unsafe { ffi::avr_make_mcu_by_name(c"atmega328p".as_ptr()) };
         let avr = NonNull::new(avr).ok_or(NanoError::UnknownChip)?;
-        // SAFETY: `avr` was just made, and nobody else knows of it. The flash
+        // SAFETY: `avr` was just made, and nothing else refers to it. The flash
         // is allocated by `avr_init` with `flashend + 1` = FLASH_LEN bytes,
         // and an image is never longer.
         let found = unsafe {
@@ -161,7 +162,7 @@ impl Nano {
         let wires = NonNull::from(Box::leak(wires));
         // SAFETY: the units belong to `avr`; `wires` lives as long as `avr`,
         // see `drop`.
-        unsafe { wires::connect(&units, wires) };
+        unsafe { hooks::connect(&units, wires) };
         let nano = Self {
             avr,
             twi: units.twi,

@@ -1,9 +1,10 @@
 //! A pseudo-terminal that behaves like the USB port of a Nano.
 //!
-//! Owns the master's end, the link that scripts find the port by, and the
-//! notice of somebody opening it, which on a Nano pulls the reset pin. Keeps
-//! no slave open itself: that is how it sees closings at all. Refuses to
-//! block, and to hand bytes of one opening to the next.
+//! Holds the master's end, the link by which scripts find the port, and the
+//! notice that it was opened, which on a Nano pulls the reset pin. Keeps no slave
+//! open itself, or it would not see closings. Never blocks, and never passes bytes
+//! of one opening on to the next. Does not depend on what the bytes mean.
+//! Longer than most files: port, link and notice are opened and closed together.
 //!
 //! Where the system tells of openings (Linux), none is missed, however short
 //! the port was closed; elsewhere one within a millisecond of a closing may be.
@@ -27,36 +28,22 @@ use thiserror::Error;
 pub enum PtyError {
     /// The system gave none.
     #[error("cannot {action} a pseudo-terminal")]
-    Terminal {
-        /// What was tried.
-        action: &'static str,
-        /// Why not.
-        source: Errno,
-    },
-    /// Something that is no link of ours is where the link should be.
-    #[error("{path} exists and is no link to a pseudo-terminal: remove it, or name another with --link")]
-    LinkTaken {
-        /// Where.
-        path: PathBuf,
-    },
+    Terminal { action: &'static str, source: Errno },
+    /// The path of the link is in use by something else.
+    #[error("{path} exists and is not a link to a pseudo-terminal: remove it, or name another with --link")]
+    LinkTaken { path: PathBuf },
     /// The link leads to a terminal that is there.
     #[error(
         "{path} leads to {port}, another robot's port: end that robot, remove the link, or name another with --link"
     )]
     LinkInUse {
-        /// Where.
         path: PathBuf,
         /// Where it leads.
         port: PathBuf,
     },
     /// The link cannot be made.
     #[error("cannot link {path} to the pseudo-terminal: does its folder exist?")]
-    Link {
-        /// Where.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    Link { path: PathBuf, source: std::io::Error },
 }
 
 /// What happened at the port since the last look.
@@ -71,7 +58,6 @@ pub struct Happened {
     pub bytes: Vec<u8>,
 }
 
-/// The port.
 #[derive(Debug)]
 pub struct Pty {
     master: OwnedFd,

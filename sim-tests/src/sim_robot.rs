@@ -1,9 +1,9 @@
 //! The firmware's library on a simulated board: a bench that runs in milliseconds.
 //!
-//! Owns the main loop around [`App`], the host's end of the line, and what a
+//! Holds the main loop around [`App`], the host's end of the line, and what a
 //! bench can do to a robot: break chips, cut the power, change the load. The
-//! board itself is [`SimBoard`]. Refuses timing in cycles: that is
-//! [`crate::nano`]'s.
+//! board itself is [`SimBoard`]. Does not depend on the processor: timing in cycles
+//! is in [`crate::nano`].
 
 pub mod ask;
 mod board;
@@ -28,7 +28,7 @@ const PATIENCE_TURNS: u64 = 20 * NS_PER_S / TURN_NS;
 /// Pulse widths of the eight joints in counts; `None` is no pulse.
 pub type Pulses = [Option<u16>; JOINT_COUNT];
 
-/// A robot on the bench, and whoever talks to it.
+/// A robot on the bench, and its host.
 pub struct SimRobot {
     app: App,
     /// The board, to measure and to break.
@@ -101,7 +101,7 @@ impl SimRobot {
     fn turn(&mut self) {
         self.app.poll(&mut self.board);
         self.board.advance(TURN_NS);
-        for burst in self.board.chips.pca9685.take_bursts() {
+        for burst in self.board.chips.servo_driver.take_bursts() {
             let mut pulses = [None; JOINT_COUNT];
             pulses.copy_from_slice(&burst.counts[..JOINT_COUNT]);
             self.pulses.push(pulses);
@@ -245,7 +245,6 @@ impl SimRobot {
         std::mem::take(&mut self.pulses)
     }
 
-    /// Events heard so far.
     pub fn events(&self) -> impl Iterator<Item = Event> + '_ {
         self.heard.iter().filter_map(|message| match message {
             Message::Event(event) => Some(*event),
@@ -253,7 +252,6 @@ impl SimRobot {
         })
     }
 
-    /// Telemetry heard so far.
     pub fn telemetry(&self) -> impl DoubleEndedIterator<Item = Telemetry> + '_ {
         self.heard.iter().filter_map(|message| match message {
             Message::Telemetry(sample) => Some(*sample),
@@ -261,7 +259,6 @@ impl SimRobot {
         })
     }
 
-    /// Answers heard so far.
     #[must_use]
     pub fn answers(&self) -> usize {
         self.heard.iter().filter(|message| matches!(message, Message::Reply { .. })).count()
@@ -271,7 +268,7 @@ impl SimRobot {
 /// A gait's table as bytes.
 ///
 /// # Panics
-/// If the fixture is no valid gait.
+/// If the fixture is not a valid gait.
 #[must_use]
 pub fn encoded(gait: &Gait) -> Vec<u8> {
     let mut buffer = [0; MAX_ENCODED_LEN];

@@ -1,14 +1,14 @@
 //! Nano, chips, supply and body in lock step, in one emulated time.
 //!
-//! Owns the order of things: at each 1/240 s the servos' pulses are read, the
+//! Holds the order of things: at each 1/240 s the servos' pulses are read, the
 //! body takes its step, and the power of that step loads the supply while the
-//! Nano runs through it. Owns the truth too: pose and battery energy, which no
-//! sensor of the robot knows. Refuses the wall clock; `bin/virtual-robot`
-//! paces it.
+//! Nano runs through it. Holds the ground truth too: pose and battery energy, which
+//! the robot's own sensor does not measure. Does not depend on the wall clock, by
+//! which `bin/virtual-robot` paces it.
 
 use crate::body::{Body, JOINT_COUNT, PulseScale, STEPS_PER_S};
-use crate::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
-use crate::devices::{Bus, Ina219, Pca9685};
+use crate::devices::servo_driver::{Burst, NOMINAL_OSCILLATOR_HZ};
+use crate::devices::{Bus, Chip, SHUNT_OHM, ServoDriver};
 use crate::electric::{Supply, SupplyError, SupplyParameters};
 use crate::firmware_image::FirmwareImage;
 use crate::nano::{CLOCK_HZ, Nano, NanoError, seconds};
@@ -17,18 +17,14 @@ use host::sim::{Perturbation, Start, World};
 use serde::Serialize;
 use thiserror::Error;
 
-/// The INA219 board's shunt.
-pub const SHUNT_OHM: f64 = 0.1;
 /// Truth is noted 60 times a second.
 const STEPS_PER_TRUTH: u64 = 4;
 
 /// Why there is no virtual robot.
 #[derive(Debug, Error)]
 pub enum BuildError {
-    /// The board.
     #[error(transparent)]
     Nano(#[from] NanoError),
-    /// The supply.
     #[error("the robot's supply is none: {0}")]
     Supply(#[from] SupplyError),
 }
@@ -58,7 +54,6 @@ pub struct Truth {
     pub joint_angles_rad: [f64; JOINT_COUNT],
 }
 
-/// The whole robot.
 pub struct VirtualRobot {
     nano: Nano,
     supply: Supply,
@@ -94,7 +89,7 @@ impl VirtualRobot {
     pub fn new(image: &FirmwareImage, robot: &Robot, seed: Option<u64>) -> Result<Self, BuildError> {
         let mut world = World::new(robot);
         if let Some(seed) = seed {
-            world.reset(&[0.0; JOINT_COUNT], &Start::drawn(&Perturbation::default(), seed));
+            world.reset(&[0.0; JOINT_COUNT], &Start::sampled(&Perturbation::default(), seed));
         }
         Self::with_body(image, robot, Box::new(world), NOMINAL_OSCILLATOR_HZ)
     }
@@ -109,7 +104,8 @@ impl VirtualRobot {
         body: Box<dyn Body>,
         oscillator_hz: f64,
     ) -> Result<Self, BuildError> {
-        let bus = Bus::new(Pca9685::new(oscillator_hz), Ina219::new());
+        let mut bus = Bus::new();
+        bus.servo_driver = ServoDriver::new(Chip::ServoDriver.address()).with_oscillator(oscillator_hz);
         let supply = Supply::new(SupplyParameters {
             open_circuit_v: robot.supply.nominal_v,
             resistance_ohm: robot.supply.resistance_ohm,
@@ -173,7 +169,7 @@ impl VirtualRobot {
                 continue;
             }
             if boundary > cycle {
-                self.bursts.extend(self.nano.bus_mut().pca9685.take_bursts());
+                self.bursts.extend(self.nano.bus_mut().servo_driver.take_bursts());
                 return Ok(());
             }
             self.step_body();
@@ -189,7 +185,6 @@ impl VirtualRobot {
         self.run_until(self.now() + cycles)
     }
 
-    /// The board.
     #[must_use]
     pub fn nano(&self) -> &Nano {
         &self.nano
@@ -200,7 +195,6 @@ impl VirtualRobot {
         &mut self.nano
     }
 
-    /// The supply.
     #[must_use]
     pub fn supply(&self) -> &Supply {
         &self.supply
@@ -224,12 +218,12 @@ impl VirtualRobot {
             self.truth.push(self.truth_at(time_s));
         }
         let now_s = self.nano.now_s();
-        let pulses_us = self.nano.bus_mut().pca9685.pulses_us(now_s);
+        let pulses_us = self.nano.bus_mut().servo_driver.pulses_us(now_s);
         let servo_power_w = self.body.step(&self.scale.setpoints_rad(&pulses_us));
         if self.load.is_none() {
             self.supply.draw(servo_power_w + self.electronics_w, time_s);
             let (shunt_v, load_v) = (self.supply.shunt_v(), self.supply.load_v());
-            self.nano.bus_mut().ina219.set_inputs(shunt_v, load_v, now_s);
+            self.nano.bus_mut().power_sensor.set_inputs(shunt_v, load_v, now_s);
         }
         self.steps += 1;
     }
@@ -241,7 +235,7 @@ impl VirtualRobot {
         load.energy_j.push(self.supply.battery_energy_j());
         load.next += LOAD_STEP_CYCLES;
         let (shunt_v, load_v) = (self.supply.shunt_v(), self.supply.load_v());
-        self.nano.bus_mut().ina219.set_inputs(shunt_v, load_v, time_s);
+        self.nano.bus_mut().power_sensor.set_inputs(shunt_v, load_v, time_s);
     }
 
     fn truth_at(&self, time_s: f64) -> Truth {

@@ -2,7 +2,7 @@
 //! against its bar.
 //!
 //! Runs are shorter than the report's own. A missing image fails every test
-//! here, with the next move.
+//! here, and the message says how to build one.
 
 use sim_tests::firmware_image::FirmwareImage;
 use sim_tests::report::load::{self, Flood};
@@ -39,7 +39,7 @@ const LIMITS: [&str; 5] = [
 ];
 
 /// Figures whose bar is missed, and how far they may miss it: no further than
-/// today. The README says the same; whoever meets a bar takes its line away.
+/// today. `docs/firmware.md` says the same; a bar that is met again loses its line here.
 const MISSED: [(&str, f64); 2] = [
     // In trials as short as these, which are not a whole number of beats.
     ("energy_error_percent", 6.0),
@@ -81,7 +81,7 @@ fn every_figure_is_a_number_within_its_bar_or_misses_it_by_no_more_than_is_said(
                 }
             }
             Some(value) => wrong.push(format!("{key} is {value}, more than {allowed}")),
-            None => wrong.push(format!("{key} is no number: {}", row["reason"])),
+            None => wrong.push(format!("{key} is not a number: {}", row["reason"])),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The host's short commands against the real image in the emulator, as
 //! separate processes with a pseudo-terminal between them, in real time. A
-//! missing firmware image fails these tests, with the next move.
+//! missing firmware image fails these tests and says how to build one.
 
 // `host_link` uses the rest of it.
 #[allow(dead_code)]

@@ -1,9 +1,10 @@
 //! Host and virtual robot as separate processes, a pseudo-terminal between
 //! them, in real time: fit, upload, measure, with a reset at each opening.
 //!
-//! A missing firmware image fails these tests, with the next move. The authors'
+//! A missing firmware image fails these tests and says how to build one. The authors'
 //! trajectory is not ours to publish: where it is absent, a synthetic loop in
-//! the same format takes its place, and the output says so.
+//! the same format takes its place, and the output says so. Longer than most files:
+//! the tests share the processes that they start.
 
 // `host_stream` uses the rest of it.
 #[allow(dead_code)]

@@ -1,4 +1,4 @@
-//! Requests that pass every checksum and mean harm, or nothing at all.
+//! Hostile or meaningless requests that pass every checksum.
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -51,7 +51,7 @@ fn assert_in_charge(robot: &mut SimRobot) {
         // The last burst handed over may still be on its way.
         robot.run_frames(3);
         if matches!(robot.state(), State::Idle | State::Fault(_)) {
-            assert!(!robot.board.chips.pca9685.drives_any(), "servos on in {state:?}");
+            assert!(!robot.board.chips.servo_driver.drives_any(), "servos on in {state:?}");
         }
     }
 }
@@ -200,7 +200,7 @@ fn any_deed() -> impl Strategy<Value = Deed> {
         2 => Just(Deed::Supply(5.0, 0.4)),
         1 => (0..1_024_usize, any::<u8>()).prop_map(|(at, byte)| Deed::Rot(at, byte)),
         1 => Just(Deed::PowerCycle),
-        1 => prop_oneof![Just(Chip::Pca9685), Just(Chip::Ina219)].prop_map(Deed::Unplug),
+        1 => prop_oneof![Just(Chip::ServoDriver), Just(Chip::PowerSensor)].prop_map(Deed::Unplug),
         2 => Just(Deed::Replug),
         1 => prop_oneof![Just(ResetCause::External), Just(ResetCause::Watchdog)].prop_map(Deed::Reset),
         4 => (0..90_u64).prop_map(Deed::Wait),
@@ -256,7 +256,7 @@ fn carry_out(mut robot: SimRobot, deed: Deed) -> SimRobot {
         Deed::PowerCycle => robot = robot.power_cycle(),
         Deed::Unplug(chip) => robot.board.chips.unplug(chip),
         Deed::Replug => {
-            for chip in [Chip::Pca9685, Chip::Ina219] {
+            for chip in Chip::ALL {
                 robot.board.chips.replug(chip);
             }
         }
@@ -277,7 +277,7 @@ proptest! {
         for deed in deeds {
             robot = carry_out(robot, deed);
             // Out of reach a servo driver goes on as it was told last.
-            let in_reach = robot.board.chips.start(sim_tests::devices::PCA9685_ADDRESS, false, robot.board.now_s());
+            let in_reach = robot.board.chips.start(Chip::ServoDriver.address(), false, robot.board.now_s());
             robot.board.chips.stop(robot.board.now_s());
             if in_reach {
                 assert_in_charge(&mut robot);

@@ -2,7 +2,9 @@
 
 use proptest::prelude::*;
 use protocol::frame::{self, MAX_FRAME_LEN, Request};
-use protocol::{Chunk, Command, Event, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd};
+use protocol::{
+    Chunk, Command, Event, JOINT_COUNT, PROTOCOL_VERSION, Refusal, Reply, ResetCause, State, WalkEnd,
+};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -122,7 +124,7 @@ fn a_cable_pulled_in_mid_walk_stops_the_robot_within_a_second_and_leaves_it_limp
 
     assert_eq!(stopped, State::Holding, "where it is, without another step");
     robot.run_frames(2);
-    assert!(!robot.board.chips.pca9685.drives_any());
+    assert!(!robot.board.chips.servo_driver.drives_any());
     assert_eq!(link_losses(&robot), 1);
     robot.expect_done(ATTACHED);
 }
@@ -130,7 +132,7 @@ fn a_cable_pulled_in_mid_walk_stops_the_robot_within_a_second_and_leaves_it_limp
 #[test]
 fn a_cable_pulled_during_the_entry_stops_the_robot_too() {
     // 70 degrees at one degree a frame.
-    let far = fixtures::Gait { centre_deg: [70.0; 8], limit_deg: 90.0, ..fixtures::trot() };
+    let far = fixtures::Gait { centre_deg: [70.0; JOINT_COUNT], limit_deg: 90.0, ..fixtures::trot() };
     let mut robot = SimRobot::new();
     robot.upload(&far, amplitude(0.5), false);
     robot.expect_done(ATTACHED);

@@ -1,4 +1,4 @@
-//! One output alone, for whoever calibrates.
+//! A pulse on one output alone, for calibration.
 
 use protocol::{Command, Fault, JOINT_COUNT, LINK_TIMEOUT_FRAMES, Refusal, Reply, State};
 use sim_tests::devices::Chip;
@@ -121,7 +121,7 @@ fn it_needs_supply_chips_and_no_fault_as_a_walk_does() {
     assert!(matches!(low.ask(nudge(0, 330)), Reply::Refused(Refusal::SupplyTooLow { .. })));
 
     let mut missing = ready();
-    missing.board.chips.unplug(Chip::Pca9685);
+    missing.board.chips.unplug(Chip::ServoDriver);
     assert_eq!(missing.ask(nudge(0, 330)), Reply::Refused(Refusal::ChipMissing(Fault::ServoDriverLost)));
     assert_eq!(missing.state(), State::Idle);
 
@@ -131,7 +131,7 @@ fn it_needs_supply_chips_and_no_fault_as_a_walk_does() {
     robot.board.set_supply(3.9, 0.0);
     robot.run_frames(10);
     assert_eq!(robot.state(), State::Fault(Fault::Undervoltage));
-    assert!(!robot.board.chips.pca9685.drives_any());
+    assert!(!robot.board.chips.servo_driver.drives_any());
     assert_eq!(robot.ask(nudge(0, 330)), Reply::Refused(Refusal::Faulted(Fault::Undervoltage)));
 }
 

@@ -90,9 +90,9 @@ fn failed_transfers_are_counted() {
     robot.run_frames(2);
     assert_eq!(robot.status().bus_errors, 0);
 
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     robot.run_frames(10);
-    robot.board.chips.replug(Chip::Ina219);
+    robot.board.chips.replug(Chip::PowerSensor);
     let counted = robot.status().bus_errors;
     robot.run_frames(60);
 

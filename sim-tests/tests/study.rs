@@ -1,7 +1,8 @@
-//! `host experiment` through the firmware: on virtual robots of its own, and on a port.
+//! `host experiment` through the firmware: on virtual robots that it starts
+//! itself, and on a port.
 //!
 //! Needs the `host` program beside the virtual robot's, which a build or test of
-//! the whole workspace makes; says so where it is not there.
+//! the whole workspace makes; a missing one is reported.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod processes;

@@ -122,9 +122,9 @@ fn a_missed_sample_is_counted_and_the_one_before_stands_in() {
     robot.run_until(State::Walking);
     robot.run_frames(20);
 
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     robot.run_frames(3);
-    robot.board.chips.replug(Chip::Ina219);
+    robot.board.chips.replug(Chip::PowerSensor);
     robot.run_until(State::Holding);
     robot.run_frames(3);
 

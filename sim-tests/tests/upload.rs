@@ -4,7 +4,7 @@ use firmware::store::{CALIBRATION_PLACES, GAIT_PLACE_LEN, TRIAL_PLACE};
 use proptest::prelude::*;
 use protocol::command::{CalibrationSource, Storage};
 use protocol::gait::{GaitError, MAX_ENCODED_LEN};
-use protocol::{Chunk, Command, GAIT_SLOTS, Refusal, Reply, ResetCause, State};
+use protocol::{Chunk, Command, GAIT_SLOTS, JOINT_COUNT, Refusal, Reply, ResetCause, State};
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::{Pulses, SimRobot, encoded};
 
@@ -140,7 +140,8 @@ fn a_saved_gait_survives_a_power_cycle_and_one_in_ram_does_not() {
 fn a_power_cut_at_any_moment_of_a_save_leaves_the_old_or_the_new_gait_whole() {
     let (old, new) = (fixtures::trot(), fixtures::medley());
     // In the slot that the new one takes: bytes that are right already are not written.
-    let older = Gait::of("older", 3.3, [-7.3; 8], |joint, phase| 9.1 * (7.0 * phase - joint as f64).cos());
+    let older =
+        Gait::of("older", 3.3, [-7.3; JOINT_COUNT], |joint, phase| 9.1 * (7.0 * phase - joint as f64).cos());
     let mut found = [0, 0];
     for cut_after_frames in 0..75 {
         let mut robot = SimRobot::new();

@@ -1,5 +1,5 @@
-//! The virtual robot asked for what it cannot do: a message with the next move,
-//! no panic, and nobody's file touched.
+//! The virtual robot asked for what it cannot do: a message that says what to do, no
+//! panic, and no file of others touched.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

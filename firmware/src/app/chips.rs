@@ -1,19 +1,20 @@
 //! The two chips within a frame: burst, readings, a look at their configuration.
 //!
-//! Owns when the main loop uses the bus, and what counts as a lost chip or a
+//! Holds when the main loop uses the bus, and what counts as a lost chip or a
 //! bad supply: while servos are on it stops the robot, otherwise nothing moves
-//! and the next walk looks again.
-//! Refuses the bus where too little of the frame is left.
+//! and the next walk looks again. Does not use the bus where too little of the
+//! frame is left, and does not depend on the chips beyond their roles.
 
 use protocol::{Event, Fault, Refusal, WalkEnd};
 
 use super::App;
-use crate::hal::{Board, BurstState, Bus, FrameClock, Panel};
+use crate::chips::{ChipFault, PowerSensor, SensorChip, ServoChip, ServoDriver};
+use crate::hal::{Board, BurstState, FrameClock, Panel, PowerReadings, ServoOutput};
 use crate::limits::{
     BUS_SLOT_US, CHECK_EVERY_FRAMES, SENSOR_LOST_FRAMES, SERVO_DRIVER_LOST_FRAMES, SUPPLY_FAULT_FRAMES,
 };
 use crate::player::Frame;
-use crate::{power, servos};
+use crate::power;
 
 /// Half of what the board keeps.
 const READINGS_AT_ONCE: u8 = 4;
@@ -32,12 +33,12 @@ pub(super) enum BusWork {
 impl App {
     #[inline(never)]
     pub(super) fn use_bus(&mut self, board: &mut impl Board) {
-        // A few at a time: each of them would cost a turn of its own.
-        if board.bus().readings() >= READINGS_AT_ONCE {
+        // A few at a time: taken one by one, each would cost a turn.
+        if board.sensor().readings() >= READINGS_AT_ONCE {
             self.take_readings(board);
         }
         if self.bus_work == BusWork::Burst {
-            match board.bus().burst() {
+            match board.servos().burst() {
                 BurstState::Running => return,
                 BurstState::Done => {
                     self.servo_misses = 0;
@@ -64,7 +65,7 @@ impl App {
 
     fn take_readings(&mut self, board: &mut impl Board) {
         while !self.readings.is_complete()
-            && let Some(reading) = board.bus().take_reading()
+            && let Some(reading) = board.sensor().take_reading()
         {
             self.readings.add(reading);
         }
@@ -74,7 +75,7 @@ impl App {
     pub(super) fn close_frame(&mut self, board: &mut impl Board) {
         self.take_readings(board);
         let sample = self.readings.close(self.calibration.board().shunt_gain_q14);
-        self.judge_supply(sample);
+        self.count_supply_faults(sample);
         match sample {
             Ok(sample) => {
                 self.sample = sample;
@@ -101,7 +102,7 @@ impl App {
 
     /// Counts the samples in a row that the supply is wrong for; a limp robot's
     /// do not count, and a missed one changes nothing.
-    fn judge_supply(&mut self, sample: Result<power::Sample, power::Missed>) {
+    fn count_supply_faults(&mut self, sample: Result<power::Sample, power::Missed>) {
         let servos_on = self.servos_on();
         let board = self.calibration.board();
         let count = |samples: &mut u8, is_wrong: bool| {
@@ -129,16 +130,16 @@ impl App {
         Ok(())
     }
 
-    /// Looks whether a brown-out took a chip's configuration behind our back.
+    /// Checks whether a brown-out has taken a chip's configuration.
     fn check_chips(&mut self, board: &mut impl Board) {
         if !self.servos_on() {
             return;
         }
-        // A transfer that failed is for the next frame's burst or sample to judge.
+        // A transfer that failed does not count here: the next frame's burst or sample will fail too.
         let prescale = self.calibration.board().prescale;
-        if servos::check(board.bus(), prescale) == Err(servos::ServoFault::WrongConfiguration) {
+        if ServoChip::check(board.i2c(), prescale) == Err(ChipFault::WrongConfiguration) {
             self.latch(board, Fault::ServoDriverLost);
-        } else if power::check(board.bus()) == Err(power::SensorFault::WrongConfiguration) {
+        } else if SensorChip::check(board.i2c()) == Err(ChipFault::WrongConfiguration) {
             self.latch(board, Fault::SensorLost);
         }
     }
@@ -150,12 +151,12 @@ impl App {
     pub(super) fn configure_chips(&mut self, board: &mut impl Board) -> Result<(), Fault> {
         let mut delay = board.delay();
         let prescale = self.calibration.board().prescale;
-        let bus = board.bus();
-        if servos::check(bus, prescale).is_err() {
-            servos::configure(bus, &mut delay, prescale).map_err(|_| Fault::ServoDriverLost)?;
+        let bus = board.i2c();
+        if ServoChip::check(bus, prescale).is_err() {
+            ServoChip::configure(bus, &mut delay, prescale).map_err(|_| Fault::ServoDriverLost)?;
         }
-        if power::check(bus).is_err() {
-            power::configure(bus).map_err(|_| Fault::SensorLost)?;
+        if SensorChip::check(bus).is_err() {
+            SensorChip::configure(bus).map_err(|_| Fault::SensorLost)?;
         }
         self.servo_misses = 0;
         self.sensor_misses = 0;
@@ -179,8 +180,8 @@ impl App {
     pub(super) fn switch_off(&mut self, board: &mut impl Board) {
         board.panel().enable_outputs(false);
         // A chip that misses this gets the same in every frame's burst.
-        if servos::switch_off(board.bus()).is_err() {
-            let _ = servos::switch_off(board.bus());
+        if ServoChip::switch_off(board.i2c()).is_err() {
+            let _ = ServoChip::switch_off(board.i2c());
         }
     }
 

@@ -1,7 +1,8 @@
 //! What each command does.
 //!
-//! Owns the decisions: who may do what when, and what the refusal is. Changes
-//! nothing before everything has been checked.
+//! Holds the decisions: which command is allowed when, and what the refusal is.
+//! Changes nothing before everything has been checked. Does not depend on how a
+//! command arrived.
 
 use protocol::calibration::MAX_COUNTS;
 use protocol::command::{ActiveGait, CalibrationSource, MAX_CHUNK_LEN, Record, Storage};
@@ -15,7 +16,7 @@ use protocol::{
 use super::walks::Walk;
 use super::{App, Nudge};
 use crate::FIRMWARE_VERSION;
-use crate::hal::{Board, Bus, PersistentMemory, SerialRing};
+use crate::hal::{Board, PersistentMemory, SerialRing};
 use crate::link::{self, Command, Outcome, Piece};
 use crate::player::Mode;
 use crate::store::Kind;
@@ -113,7 +114,7 @@ impl App {
             stack_left: board.stack_left(),
             bad_frames: self.link.bad_frames(),
             dropped_bytes: board.serial().dropped(),
-            bus_errors: board.bus().errors(),
+            bus_errors: board.bus_errors(),
         };
         link::answer(board.serial(), seq, &Reply::Status(status));
     }

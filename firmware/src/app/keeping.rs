@@ -1,7 +1,7 @@
 //! What outlasts a reset: what is loaded at the start, and saved in between.
 //!
-//! Owns which of it is active, and whether it is saved as it is. The bytes are
-//! [`crate::store`]'s.
+//! Holds which of it is active, and whether it is saved as it is. Does not depend on
+//! the layout of the memory, which is in [`crate::store`].
 
 use protocol::command::{CalibrationSource, Storage};
 use protocol::{GAIT_SLOTS, Refusal};

@@ -1,7 +1,7 @@
 //! Walks: how they begin, what they depend on, how they end, what stays of them.
 //!
-//! Owns the rules, none of the motion, which is [`crate::player`]'s. Whatever
-//! ends a walk leaves a reason: told at once, and kept with the trial.
+//! Holds the rules. Whatever ends a walk leaves a reason: sent at once, and kept
+//! with the trial. Does not depend on the motion, which is in [`crate::player`].
 
 use protocol::command::CalibrationSource;
 use protocol::gait::Product;
@@ -67,7 +67,7 @@ impl App {
         Ok(())
     }
 
-    /// Makes sure that nothing stands in the way and nobody walks.
+    /// Makes sure that there is no fault and the robot does not move.
     fn require_rest(&self) -> Result<(), Refusal> {
         if let Some(fault) = self.fault {
             return Err(Refusal::Faulted(fault));
@@ -138,11 +138,11 @@ impl App {
         }
     }
 
-    /// Stops an attached walk, or a nudge, that nobody has asked about for too long.
+    /// Stops an attached walk, or a nudge, whose host has been silent for too long.
     pub(super) fn depend_on_link(&mut self, frames: u8) {
         self.silent_frames = self.silent_frames.saturating_add(frames);
         if !self.detached && self.silent_frames >= LINK_TIMEOUT_FRAMES {
-            // Where it is: with nobody there to watch, every further step is one too many.
+            // Where it is: a robot that is not watched should take no further step.
             self.halt(WalkEnd::LinkLost);
         }
     }
@@ -172,7 +172,7 @@ impl App {
         }
     }
 
-    /// Tells that a walk is over, once its last frame has been counted.
+    /// Reports that a walk is over, once its last frame has been counted.
     pub(super) fn conclude(&mut self) {
         if self.live.gait {
             return;

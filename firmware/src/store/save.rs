@@ -1,7 +1,8 @@
 //! A save, a byte at a time.
 //!
-//! Owns the order: the place loses its mark, takes the bytes, is read back, and
-//! gets its mark again; then the start is told, and what it replaces is given up.
+//! Holds the order: the place loses its mark, takes the bytes, is read back, and
+//! gets its mark again; then the gait to start with is set, and what was replaced is
+//! given up. Does not depend on what is saved.
 
 use super::{
     CALIBRATION_PLACE_LEN, CALIBRATION_PLACES, CRC_LEN, GAIT_HEAD_LEN, Kind, NAME, START_PLACE, Saved, Store,

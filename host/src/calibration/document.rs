@@ -18,42 +18,28 @@ const HEAD: &str = "\
 
 /// Why a calibration file was refused.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum CalibrationFileError {
     /// The file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The text is no calibration.
-    #[error("{path} is no calibration file")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
-    },
+    /// The text is not a calibration.
+    #[error("{path} is not a calibration file")]
+    Parse { path: PathBuf, source: Box<toml::de::Error> },
     /// Written for another version of this program.
     #[error("{path} has version {found}; this program reads version {FILE_VERSION}")]
     Version {
-        /// Which file.
         path: PathBuf,
         /// What it says.
         found: u32,
     },
     /// Not each joint once.
     #[error("{path}: {problem}; it needs hip1 to hip4 and knee1 to knee4, each once")]
-    Joints {
-        /// Which file.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
-    /// It can be read, but no robot takes its values.
+    Joints { path: PathBuf, problem: String },
+    /// It can be read, but no robot accepts its values.
     #[error("{path} cannot be used")]
-    Unusable {
-        /// Which file.
-        path: PathBuf,
-        /// Which value, and why.
-        source: BadCalibration,
-    },
+    Unusable { path: PathBuf, source: BadCalibration },
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -86,13 +72,13 @@ struct JointEntry {
     us_per_degree: f64,
     min_us: f64,
     max_us: f64,
-    /// Left out by who writes by hand.
+    /// May be left out in a file that is written by hand.
     #[serde(default)]
     measured: bool,
 }
 
 impl RobotCalibration {
-    /// Reads a file; the values are not judged before [`Self::record`].
+    /// Reads a file; the values are checked by [`Self::record`].
     ///
     /// # Errors
     /// [`CalibrationFileError`] naming the file and the line or the joint.
@@ -109,7 +95,7 @@ impl RobotCalibration {
         let mut joints: [Option<JointSetup>; JOINT_COUNT] = Default::default();
         for entry in document.joint {
             let Some(joint) = Joint::from_name(&entry.name) else {
-                return Err(wrong(format!("{:?} is no joint", entry.name)));
+                return Err(wrong(format!("{:?} is not a joint", entry.name)));
             };
             if joints[joint.index()].replace(entry.into()).is_some() {
                 return Err(wrong(format!("{} is there twice", joint.name())));

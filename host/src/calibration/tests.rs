@@ -137,9 +137,9 @@ fn a_file_with_a_joint_missing_or_twice_is_refused_with_its_name() {
     let cut = text.rfind("[[joint]]").unwrap();
     assert!(refused(&text[..cut]).contains("knee4 is missing; it needs hip1"));
     assert!(refused(&text.replace("\"knee4\"", "\"knee3\"")).contains("knee3 is there twice"));
-    assert!(refused(&text.replace("\"knee4\"", "\"tail\"")).contains("\"tail\" is no joint"));
+    assert!(refused(&text.replace("\"knee4\"", "\"tail\"")).contains("\"tail\" is not a joint"));
     assert!(refused(&text.replace("version = 1", "version = 2")).contains("has version 2; this program"));
-    assert!(refused("neutral = 3").contains("is no calibration file"));
+    assert!(refused("neutral = 3").contains("is not a calibration file"));
 }
 
 prop_compose! {

@@ -1,7 +1,8 @@
-//! `host calibrate`: how one robot is built, found out servo by servo.
+//! `host calibrate`: measures how a robot is built, servo by servo.
 //!
-//! Owns the flags, and the two ways without questions: a file onto the robot,
-//! and the robot's calibration into a file. The questions are [`wizard`]'s.
+//! Holds the flags, and the two ways without questions: a file to the robot, and the
+//! robot's calibration to a file. Does not depend on the questions, which are in
+//! [`wizard`].
 
 mod board;
 mod dialog;
@@ -17,16 +18,16 @@ use crate::device::calibration::{self as transfer, TransferError};
 use protocol::Joint;
 use std::path::PathBuf;
 
-/// Find out how the robot is built: outputs, neutrals, directions, limits.
+/// Calibrate the servos: outputs, neutral positions, directions, limits.
 ///
 /// Moves one servo at a time, by the arrow keys, with the robot held up: which
 /// output it is on, where the joint's neutral is, which way it turns, how far
-/// it may go. Each joint is kept in the file as soon as it is done; the same
-/// command goes on where it was left. Nothing on the robot changes before the
+/// it may go. Each joint is saved in the file as soon as it is done; the same
+/// command resumes where it was cancelled. Nothing on the robot changes before the
 /// last question.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// File that keeps the answers
+    /// File for the answers
     #[arg(long, value_name = "FILE", default_value = "calibration.toml")]
     out: PathBuf,
     /// Only this joint, though it was measured before; may be repeated
@@ -35,10 +36,10 @@ pub struct Args {
     /// Angle at which a scale is measured, in degrees from neutral
     #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = angle)]
     angle: f64,
-    /// Ask nothing: send this file to the robot
+    /// Send this file to the robot, without questions
     #[arg(long, value_name = "FILE", conflicts_with_all = ["joints", "read"])]
     write: Option<PathBuf>,
-    /// Ask nothing: save the robot's calibration in this file
+    /// Save the robot's calibration in this file, without questions
     #[arg(long, value_name = "FILE", conflicts_with = "joints")]
     read: Option<PathBuf>,
     #[command(flatten)]
@@ -63,7 +64,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         }
         let mut link = args.port.connect()?;
         transfer::send(&mut link, &record).map_err(not_sent)?;
-        println!("the robot on {} has the calibration in {}, and saved it", link.name(), path.display());
+        println!("the robot on {} has saved the calibration in {}", link.name(), path.display());
         return Ok(());
     }
     if let Some(path) = &args.read {

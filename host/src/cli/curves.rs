@@ -1,7 +1,7 @@
-//! `curves`: how runs learned, as the paper's Figure 3.
+//! `curves`: learning curves, as in the paper's Figure 3.
 //!
-//! Owns the flags and the summary; reading, statistics and picture are
-//! [`crate::learn::curves`]'.
+//! Holds the flags and the summary. Does not depend on how curves are read, averaged
+//! and drawn: that is [`crate::learn::curves`].
 
 use super::explain::{failure, failure_with_help, file_cause, path_text, warn};
 use super::{Cause, Failure};
@@ -10,33 +10,33 @@ use crate::learn::curves::{
 };
 use crate::learn::td3::curve::CurveError;
 use crate::run_folder::{self, FileError};
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// The picture's name where none is given.
+/// Default name of the picture.
 const FIGURE: &str = "curves.svg";
 
 /// Draw learning curves: mean and spread over the seeds of each run.
 ///
-/// Reward and speed of the evaluations over updates. A run that is still going on, or was
-/// stopped, is drawn as far as it came.
+/// Reward and speed of the evaluations over updates. A run that still trains, or was stopped,
+/// is drawn up to its last evaluation.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folders of `train` or `train --seeds`; each is a curve
+    /// Run folders of `train` or `train --seeds`, a curve each
     #[arg(value_name = "RUN", default_value = run_folder::LATEST)]
     runs: Vec<PathBuf>,
 
-    /// What the runs are called, in their order [default: the folder and the leg]
+    /// Labels of the runs, in their order [default: the folder and the leg length]
     #[arg(long = "label", value_name = "NAME")]
     labels: Vec<String>,
 
-    /// What is shaded: a standard deviation either way, or from the least seed to the best
+    /// What is shaded: one standard deviation either way, or minimum to maximum over seeds
     #[arg(long, value_enum, default_value = "deviation")]
     band: Shaded,
 
-    /// Picture to write [default: curves.svg in the run's folder, for several runs in runs]
+    /// File of the picture [default: curves.svg in the run's folder, for several runs in runs]
     #[arg(long, value_name = "FILE.svg")]
     out: Option<PathBuf>,
 
@@ -51,10 +51,10 @@ enum Shaded {
     Range,
 }
 
-/// Flags that clap cannot judge.
+/// Flags that clap cannot check.
 #[derive(Debug, Error)]
 enum BadFlag {
-    #[error("{labels} labels (--label) for {runs} runs: give each its own, or none")]
+    #[error("{labels} labels (--label) for {runs} runs: give one for each run, or none")]
     Labels { labels: usize, runs: usize },
     #[error("--out {} does not end in .svg", .path.display())]
     Out { path: PathBuf },
@@ -79,7 +79,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .collect::<Result<_, _>>()?;
     let mut said = HashSet::new();
     let warnings = runs.iter().zip(&args.runs).flat_map(|(run, folder)| warnings(run, folder));
-    // A run that is drawn twice is behind once.
+    // A run that is drawn twice is warned of once.
     for warning in warnings.filter(|warning| said.insert(warning.clone())) {
         warn(&warning);
     }
@@ -88,14 +88,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
         Shaded::Range => Band::Range,
     };
     let figure = curves::figure(&runs, band)
-        .map_err(|e: TooManyRuns| failure_with_help(Cause::Usage, e, "draw fewer runs at a time"))?;
+        .map_err(|e: TooManyRuns| failure_with_help(Cause::Usage, e, "draw fewer runs"))?;
     let svg = figure.to_svg().map_err(|e| failure(Cause::Input, e))?;
     let out = out_path(&args)?;
     run_folder::write(&out, svg.as_bytes()).map_err(|e| failure(Cause::Machine, e))?;
     if args.json {
-        let runs: Vec<Value> =
-            runs.iter().zip(&args.runs).map(|(run, folder)| summary(run, folder)).collect();
-        println!("{}", json!({ "figure": path_text(&out), "runs": runs }));
+        let runs = runs.iter().zip(&args.runs).map(|(run, folder)| summary(run, folder)).collect();
+        println!("{}", serde_json::json!(CurvesResult { figure: path_text(&out), runs }));
     } else {
         print(&runs, &out);
     }
@@ -105,14 +104,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
 fn unreadable(error: CurvesError) -> Failure {
     let help = match &error {
         CurvesError::NoCurve { .. } => {
-            "name the folder of a run that was evaluated at least once: train makes one in runs"
+            "name the folder of a run with at least one evaluation: train makes one in runs"
         }
         CurvesError::Grid { .. } => {
-            "seeds of one run share a schedule; draw such seeds as runs of their own, each by its folder"
+            "seeds of one run must have the same schedule; draw these as separate runs, each by its folder"
         }
         CurvesError::Curve(CurveError::File(_)) => return failure(Cause::Input, error),
         CurvesError::Curve(_) => {
-            "train writes the file as a whole: was it edited? `train --resume` writes it again"
+            "train writes the whole file, so it was edited or damaged; `train --resume` writes it again"
         }
     };
     failure_with_help(Cause::Input, error, help)
@@ -142,34 +141,86 @@ fn warnings(run: &RunCurves, folder: &Path) -> Vec<String> {
         run.behind().map(|seed| format!("{} ({} updates)", seed.name, seed.last().updates)).collect();
     if !behind.is_empty() {
         warnings.push(format!(
-            "{folder}: behind the others are {}; beyond, the mean is of the others and dashed",
+            "{folder}: {} have fewer evaluations; beyond them the mean is over the others, and dashed",
             behind.join(", ")
         ));
     }
     warnings
 }
 
-fn summary(run: &RunCurves, folder: &Path) -> Value {
+/// What `curves --json` prints.
+#[derive(Debug, Serialize, Deserialize)]
+struct CurvesResult {
+    /// Path of the picture.
+    figure: String,
+    runs: Vec<RunSummary>,
+}
+
+/// One run, over its seeds.
+#[derive(Debug, Serialize, Deserialize)]
+struct RunSummary {
+    run: String,
+    label: String,
+    /// Number of seeds with a curve.
+    seeds: usize,
+    /// Over each seed's latest evaluation.
+    #[serde(rename = "final")]
+    last: Score,
+    /// Over each seed's best evaluation.
+    best: Score,
+    /// Seeds without an evaluation yet.
+    without_curve: Vec<String>,
+    each: Vec<SeedSummary>,
+}
+
+/// One seed, after its latest evaluation.
+#[derive(Debug, Serialize, Deserialize)]
+struct SeedSummary {
+    seed: String,
+    updates: u64,
+    env_steps: u64,
+    wall_s: f64,
+    #[serde(rename = "final")]
+    last: EvaluationSummary,
+    best: BestSummary,
+}
+
+/// One evaluation.
+#[derive(Debug, Serialize, Deserialize)]
+struct EvaluationSummary {
+    reward: f64,
+    speed_m_s: f64,
+}
+
+/// The best evaluation, and the updates before it.
+#[derive(Debug, Serialize, Deserialize)]
+struct BestSummary {
+    updates: u64,
+    reward: f64,
+    speed_m_s: f64,
+}
+
+fn summary(run: &RunCurves, folder: &Path) -> RunSummary {
     let seed = |seed: &SeedCurve| {
         let (last, best) = (seed.last(), seed.best());
-        json!({
-            "seed": seed.name,
-            "updates": last.updates,
-            "env_steps": last.env_steps,
-            "wall_s": last.wall_s,
-            "final": { "reward": last.reward, "speed_m_s": last.speed_m_s },
-            "best": { "updates": best.updates, "reward": best.reward, "speed_m_s": best.speed_m_s },
-        })
+        SeedSummary {
+            seed: seed.name.clone(),
+            updates: last.updates,
+            env_steps: last.env_steps,
+            wall_s: last.wall_s,
+            last: EvaluationSummary { reward: last.reward, speed_m_s: last.speed_m_s },
+            best: BestSummary { updates: best.updates, reward: best.reward, speed_m_s: best.speed_m_s },
+        }
     };
-    json!({
-        "run": path_text(folder),
-        "label": run.label,
-        "seeds": run.seeds.len(),
-        "final": run.last(),
-        "best": run.best(),
-        "without_curve": run.without_curve,
-        "each": run.seeds.iter().map(seed).collect::<Vec<_>>(),
-    })
+    RunSummary {
+        run: path_text(folder),
+        label: run.label.clone(),
+        seeds: run.seeds.len(),
+        last: run.last(),
+        best: run.best(),
+        without_curve: run.without_curve.clone(),
+        each: run.seeds.iter().map(seed).collect(),
+    }
 }
 
 fn print(runs: &[RunCurves], out: &Path) {
@@ -183,16 +234,16 @@ fn print(runs: &[RunCurves], out: &Path) {
         }
     }
     if runs.iter().any(|run| run.seeds.len() > 1) {
-        println!("Mean \u{b1} standard deviation over the seeds (least to most).");
+        println!("Mean \u{b1} standard deviation over the seeds (minimum to maximum).");
     }
-    println!("Best: each seed's best evaluation by reward, whose policy it keeps.");
+    println!("Best: each seed's best evaluation by reward, whose policy is kept.");
     println!("{}", out.display());
 }
 
 fn spread(value: &Spread, decimals: usize, seeds: usize) -> String {
-    let Spread { mean, deviation, least, most } = value;
+    let Spread { mean, deviation, min, max } = value;
     if seeds == 1 {
         return format!("{mean:.decimals$}");
     }
-    format!("{mean:.decimals$} \u{b1} {deviation:.decimals$} ({least:.decimals$} to {most:.decimals$})")
+    format!("{mean:.decimals$} \u{b1} {deviation:.decimals$} ({min:.decimals$} to {max:.decimals$})")
 }

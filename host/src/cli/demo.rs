@@ -1,17 +1,23 @@
-//! The whole chain against the virtual robot, each step a process of its own,
-//! exactly as a person would type it.
+//! `host demo`: train, record, fit, upload and measure on the virtual robot.
 //!
-//! Owns the order of the steps and `summary.json`; every number in it comes
-//! from a step's own `--json`.
+//! Holds the order of the steps and `summary.json`. Each step is a process of its
+//! own, as a user would type it, and every number comes from a step's own `--json`.
+//! Does not depend on how a step works.
 
-use super::measure::DURATION_RANGE_S;
-use super::steps::{StepError, Steps, rounded};
+use super::output;
+use super::ranges::{self, DURATION_RANGE_S, OutOfRange};
+use super::steps::{StepError, Steps, rounded_s};
 use super::virtual_robot::VirtualRobot;
 use super::{Cause, Failure};
+use crate::device::trial::measure_result::MeasureResult;
+use crate::device::upload::upload_result::UploadResult;
+use crate::learn::train_result::TrainResult;
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use protocol::Amplitude;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use thiserror::Error;
@@ -48,12 +54,10 @@ pub struct Args {
 /// Why the demo stopped.
 #[derive(Debug, Error)]
 enum DemoError {
-    #[error("--{flag} is {value}; it must be within {min} to {max}")]
-    Flag { flag: &'static str, value: f64, min: f64, max: f64 },
+    #[error(transparent)]
+    Flag(#[from] OutOfRange),
     #[error(transparent)]
     Step(#[from] StepError),
-    #[error("step `{step}` reported no `{field}`")]
-    Field { step: &'static str, field: &'static str },
     #[error("the gait that was searched cannot be read or written")]
     Gait { source: crate::gait::gait_file::GaitFileError },
     #[error(transparent)]
@@ -69,10 +73,7 @@ impl DemoError {
             this => this,
         };
         let (cause, help) = match &this {
-            Self::Flag { .. } => (Cause::Usage, "nothing was trained yet"),
-            Self::Field { .. } => {
-                (Cause::Machine, "host and its steps are of different versions: rebuild both")
-            }
+            Self::Flag(_) => (Cause::Usage, "nothing was trained yet"),
             Self::File(_) | Self::Gait { .. } | Self::Robot(_) | Self::Step(_) => {
                 (Cause::Machine, "is the disk full, or the folder read-only?")
             }
@@ -81,18 +82,44 @@ impl DemoError {
     }
 }
 
+/// `summary.json` of the run: the trial of the gait that was learned.
+#[derive(Debug, Serialize)]
+struct Summary {
+    seed: u64,
+    reward_untrained: f64,
+    reward_trained: f64,
+    train_env_steps: u64,
+    gait_sha256: String,
+    gait_source: String,
+    clipped_share: f64,
+    cost_of_transport: Option<f64>,
+    speed_m_s: Option<f64>,
+    mean_power_w: Option<f64>,
+    energy_j: f64,
+    distance_m: Option<f64>,
+    amplitude: f64,
+    frames_played: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    searched: Option<Searched>,
+    run: String,
+    wall_s: BTreeMap<String, f64>,
+}
+
+/// The trial of the gait that comes with the program.
+#[derive(Debug, Serialize)]
+struct Searched {
+    cost_of_transport: Option<f64>,
+    speed_m_s: Option<f64>,
+    mean_power_w: Option<f64>,
+    gait_sha256: String,
+    amplitude: f64,
+}
+
 /// Refuses now what a later step would refuse after minutes of training.
 fn check(args: &Args, virtual_robot: &Path) -> Result<(), DemoError> {
     let (least, most) = DURATION_RANGE_S;
-    let ranges = [
-        ("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value()),
-        ("duration", args.duration_s, least, most),
-    ];
-    for (flag, value, min, max) in ranges {
-        if !(min..=max).contains(&value) {
-            return Err(DemoError::Flag { flag, value, min, max });
-        }
-    }
+    ranges::check("amp", Some(args.amplitude), Amplitude::MIN.value(), Amplitude::MAX.value())?;
+    ranges::check("duration", Some(args.duration_s), least, most)?;
     if !virtual_robot.is_file() {
         return Err(StepError::NoVirtualRobot { program: virtual_robot.to_owned() }.into());
     }
@@ -105,9 +132,10 @@ fn searched(
     args: &Args,
     run: &Path,
     virtual_robot: &Path,
-) -> Result<Option<Value>, DemoError> {
+) -> Result<Option<Searched>, DemoError> {
     let trained_on = Robot::of_run(run)?;
-    let leg_scale = trained_on.as_ref().map_or(1.0, |robot| robot.geometry.leg_scale);
+    let leg_scale =
+        trained_on.as_ref().map_or(crate::robot::LegScale::LONG, |robot| robot.geometry.leg_scale);
     let is_ant = Robot::ant(leg_scale).is_ok_and(|ant| Some(ant) == trained_on);
     let found = crate::search::bundled_gaits::gait(leg_scale).map_err(|source| DemoError::Gait { source })?;
     let Some(gait) = found.filter(|_| is_ant) else {
@@ -127,13 +155,19 @@ fn searched(
     let (gait, out) = (path.display().to_string(), folder.display().to_string());
     let truth = folder.join(run_folder::TRUTH).display().to_string();
     let duration = args.duration_s.to_string();
-    let upload = steps.run("upload-gait", &["--gait", &gait, "--amp", "1", "--port", &robot.port])?;
-    let mut trial = steps.run(
+    let upload: UploadResult =
+        steps.run("upload-gait", &["--gait", &gait, "--amp", "1", "--port", &robot.port])?;
+    let trial: MeasureResult = steps.run(
         "measure",
         &["--port", &robot.port, "--duration", &duration, "--tracker", &truth, "--out", &out],
     )?;
-    trial["gait_sha256"] = upload["gait_sha256"].clone();
-    Ok(Some(trial))
+    Ok(Some(Searched {
+        cost_of_transport: trial.cost_of_transport,
+        speed_m_s: trial.speed_m_s,
+        mean_power_w: trial.mean_power_w,
+        gait_sha256: upload.gait.gait_sha256,
+        amplitude: trial.amplitude,
+    }))
 }
 
 /// Runs the demo.
@@ -157,75 +191,66 @@ fn demo(args: &Args) -> Result<(), DemoError> {
     if let Some(folder) = &folder {
         flags.extend(["--robot", folder]);
     }
-    let train = steps.run("train", &flags)?;
-    steps.run("record", &["--run", &run_name])?;
+    let train: TrainResult = steps.run("train", &flags)?;
+    steps.run::<IgnoredAny>("record", &["--run", &run_name])?;
     // Uploaded and walked in any case: a servo that lags is part of what is measured.
-    steps.run("fit", &["--run", &run_name, "--lag"])?;
+    steps.run::<IgnoredAny>("fit", &["--run", &run_name, "--lag"])?;
 
     let robot = VirtualRobot::start(&virtual_robot, &run, args.seed)?;
     eprintln!("\nvirtual robot on {}", robot.port);
     let gait = run.join(run_folder::GAIT).display().to_string();
-    let upload =
+    let upload: UploadResult =
         steps.run("upload-gait", &["--gait", &gait, "--amp", &amplitude, "--clip", "--port", &robot.port])?;
     let truth = run.join(run_folder::TRUTH).display().to_string();
-    let trial = steps.run(
+    let trial: MeasureResult = steps.run(
         "measure",
         &["--port", &robot.port, "--duration", &duration, "--tracker", &truth, "--out", &run_name],
     )?;
     drop(robot);
     let searched = searched(&mut steps, args, &run, &virtual_robot)?;
 
-    let mut summary = Map::new();
-    let mut take = |from: &Value, step: &'static str, fields: &[&'static str]| {
-        for &field in fields {
-            let value = from.get(field).ok_or(DemoError::Field { step, field })?;
-            summary.insert(field.to_owned(), value.clone());
-        }
-        Ok::<(), DemoError>(())
+    steps.wall_s.insert("total".to_owned(), rounded_s(start.elapsed().as_secs_f64()));
+    let summary = Summary {
+        seed: train.seed,
+        reward_untrained: train.reward_untrained,
+        reward_trained: train.reward_trained,
+        train_env_steps: train.train_env_steps,
+        gait_sha256: upload.gait.gait_sha256,
+        gait_source: upload.gait.gait_source,
+        clipped_share: upload.gait.clipped_share,
+        cost_of_transport: trial.cost_of_transport,
+        speed_m_s: trial.speed_m_s,
+        mean_power_w: trial.mean_power_w,
+        energy_j: trial.energy_j,
+        distance_m: trial.distance_m,
+        amplitude: trial.amplitude,
+        frames_played: trial.frames_played,
+        searched,
+        run: run_name,
+        wall_s: steps.wall_s,
     };
-    let measured = [
-        "cost_of_transport",
-        "speed_m_s",
-        "mean_power_w",
-        "energy_j",
-        "distance_m",
-        "amplitude",
-        "frames_played",
-    ];
-    take(&trial, "measure", &measured)?;
-    take(&train, "train", &["seed", "reward_untrained", "reward_trained", "train_env_steps"])?;
-    take(&upload, "upload-gait", &["gait_sha256", "gait_source", "clipped_share"])?;
-    if let Some(trial) = &searched {
-        let fields = ["cost_of_transport", "speed_m_s", "mean_power_w", "gait_sha256", "amplitude"];
-        let of = |field: &&str| trial.get(*field).map(|value| ((*field).to_owned(), value.clone()));
-        summary.insert("searched".to_owned(), Value::Object(fields.iter().filter_map(of).collect()));
-    }
-    steps.wall_s.insert("total".to_owned(), rounded(start.elapsed().as_secs_f64()));
-    summary.insert("run".to_owned(), json!(run_name));
-    summary.insert("wall_s".to_owned(), Value::Object(steps.wall_s));
-
-    let summary = Value::Object(summary);
     let path = run.join(run_folder::SUMMARY);
-    run_folder::write(&path, format!("{summary:#}\n").as_bytes())?;
+    run_folder::write(&path, format!("{:#}\n", output::json(&summary)).as_bytes())?;
     run_folder::make_latest(&run)?;
-    let line = |what: &str, of: &Value, amplitude: f64| {
-        let figure = |field: &str| of[field].as_f64().unwrap_or(f64::NAN);
-        eprintln!(
-            "{what:21} {:17.3} {:11.3} {:8.3} {amplitude:11}",
-            figure("cost_of_transport"),
-            figure("speed_m_s"),
-            figure("mean_power_w"),
-        );
+    print_table(args, &summary);
+    eprintln!("{}", path.display());
+    if args.json {
+        output::print_json(&summary);
+    }
+    Ok(())
+}
+
+fn print_table(args: &Args, summary: &Summary) {
+    let figure = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.3}"));
+    let line = |what: &str, cost: Option<f64>, speed: Option<f64>, power: Option<f64>, amplitude: f64| {
+        let (cost, speed, power) = (figure(cost), figure(speed), figure(power));
+        eprintln!("{what:21} {cost:>17} {speed:>11} {power:>8} {amplitude:11}");
     };
     eprintln!("\nTrials of {} s on the virtual robot:", args.duration_s);
     eprintln!("                      cost of transport   speed m/s  power W   amplitude");
-    line("learned just now", &summary, args.amplitude);
-    if let Some(trial) = &searched {
-        line("searched (host/gaits)", trial, 1.0);
+    let Summary { cost_of_transport, speed_m_s, mean_power_w, .. } = *summary;
+    line("learned just now", cost_of_transport, speed_m_s, mean_power_w, args.amplitude);
+    if let Some(Searched { cost_of_transport, speed_m_s, mean_power_w, .. }) = summary.searched {
+        line("searched (host/gaits)", cost_of_transport, speed_m_s, mean_power_w, 1.0);
     }
-    eprintln!("{}", path.display());
-    if args.json {
-        println!("{summary:#}");
-    }
-    Ok(())
 }

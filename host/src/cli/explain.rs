@@ -1,7 +1,8 @@
-//! Turns a library's error into what the user reads: cause, chain, next move.
+//! Turns a library's error into what the user reads: what happened, why, what to do.
 //!
-//! Owns the join between `thiserror` and `miette`; the texts stand where the
-//! errors are made, the helps where the subcommand knows the next move.
+//! Connects `thiserror` with `miette`: the messages are made where the errors are
+//! made, the help where the subcommand knows what to do next. Does not depend on a
+//! subcommand.
 
 use super::{Cause, Failure};
 use std::error::Error;
@@ -46,7 +47,7 @@ pub fn failure_with_help(
     Failure::new(cause, Explained { error: Box::new(error), help: Some(help.into()) })
 }
 
-/// A file that cannot be written is the machine's trouble, one that cannot be read the user's.
+/// A file that cannot be written is a system error, one that cannot be read invalid input.
 pub fn file_cause(error: &crate::run_folder::FileError) -> Cause {
     if error.action == "read" { Cause::Input } else { Cause::Machine }
 }
@@ -76,7 +77,7 @@ fn wrapped(text: &str) -> String {
     lines
 }
 
-/// A path as JSON: `json!` panics on one that is no UTF-8.
+/// A path for a result in JSON, which cannot hold one that is not UTF-8.
 pub fn path_text(path: &std::path::Path) -> String {
     path.to_string_lossy().into_owned()
 }

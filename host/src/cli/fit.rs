@@ -1,46 +1,45 @@
 //! `host fit`: a trajectory in, a gait out.
 //!
-//! Owns the history that a gait carries, and the report; the choice of rows and
-//! scales is [`super::recording`]'s, the fit and the file are the library's.
+//! Holds the flags and the order of the steps. Does not depend on the choice of rows
+//! and scales ([`super::recording`]), the fit ([`crate::gait::fit`]) or the file format.
 
-pub(super) mod history;
+mod history;
 mod joined;
-mod kept;
+mod open_loop;
 mod pace;
 mod policy_record;
 mod refusal;
 mod report;
 
-use super::explain::{failure, failure_with_help, file_cause};
-use super::recording::{Chosen, Recording, Unsaid};
-use super::upload_gait::material::playable;
+use super::explain::{failure, file_cause};
+use super::material::playable;
+use super::recording::{Chosen, DefaultRows, Recording};
 use super::{Cause, Failure};
 use crate::gait::fit::{self, Seam};
 use crate::gait::gait_file::GaitFile;
-use crate::robot::Robot;
+use crate::gait::policy_record::RecordSummary;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder;
 use history::Destination;
 use joined::{Joined, Seams};
-use kept::Kept;
+use open_loop::OpenLoopComparison;
 use pace::Pace;
-use policy_record::PolicyRecord;
-use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
 use refusal::{unplayable, unsaved};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// What the README's story uploads at.
+/// The amplitude of the README's example.
 const USUAL_AMPLITUDE: f64 = 2.2;
 
 /// Fit a degree-10 polynomial per joint and write the gait.
 ///
-/// Without --rows, a file as `record` writes it is one stride, and in any other
-/// the stride is looked for. Columns hold actions, and the scales are degrees:
+/// Without --rows, a file from `record` is one stride; in any other file a stride is
+/// searched for. Columns hold actions, and the scales are degrees:
 /// angle = centre-offset + centre-unit * mean action + amplitude * unit *
 /// (action - mean action). Columns in degrees: --unit-deg 1 --centre-unit-deg 1.
 ///
-/// A gait that the servos cannot follow at amplitude 1.0 is refused. Of a run's own
-/// recording the gait is played in the simulation, for what it keeps of the policy's speed.
+/// A gait too fast for the servos at amplitude 1.0 is refused. The gait of a run's own
+/// recording is played in the simulation, to compare its speed with the policy's.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -55,10 +54,10 @@ pub struct Args {
     /// Folder of the robot that it is for [default: the run's, else the Ant]
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
-    /// Write a gait that the servos cannot follow: they will lag
+    /// Write a gait even if it is too fast for the servos, which will lag
     #[arg(long)]
     lag: bool,
-    /// What the robot will call it, up to 16 characters [default: from the file or the seed]
+    /// Name on the robot, up to 16 characters [default: from the file or the seed]
     #[arg(long)]
     name: Option<String>,
     /// Seed to note in the gait [default: from the run's configuration]
@@ -73,28 +72,22 @@ pub struct Args {
     json: bool,
 }
 
-/// A flag that clap cannot judge.
 #[derive(Debug, Error)]
-enum BadFlag {
-    #[error("--out {} does not end in .toml", .path.display())]
-    Out { path: PathBuf },
-    #[error(
-        "the stride would last {played_s:.3} s ({recorded_s:.3} s recorded, times {stretch}); a robot plays {} to {} s",
-        f64::from(MIN_PERIOD_US) / 1e6, f64::from(MAX_PERIOD_US) / 1e6
-    )]
-    Period { recorded_s: f64, stretch: f64, played_s: f64 },
+#[error("--out {} does not end in .toml", .path.display())]
+struct BadOut {
+    path: PathBuf,
 }
 
 pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
     args.recording.robot = args.robot.take();
     if let Some(path) = args.out.as_ref().filter(|path| path.extension().is_none_or(|e| e != "toml")) {
-        return Err(failure(Cause::Usage, BadFlag::Out { path: path.clone() }));
+        return Err(failure(Cause::Usage, BadOut { path: path.clone() }));
     }
-    let chosen = args.recording.choose(Unsaid::FindStride)?;
-    check_period(&chosen)?;
+    let chosen = args.recording.choose(DefaultRows::FindStride)?;
+    chosen.check_period()?;
     let rows = chosen.actions()?;
-    let record = PolicyRecord::beside(&chosen);
+    let record = policy_record::beside(&chosen);
     let described = record.as_ref().ok().and_then(Option::as_ref);
     let is_window = described.is_some_and(|record| record.window_s.is_some());
     let seam = args.seam.unwrap_or(Seam::usual(is_window));
@@ -102,7 +95,7 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
 
     let provenance = history::provenance(&args, &chosen, seam);
     let gait = GaitFile {
-        name: args.name.clone().unwrap_or_else(|| history::default_name(&chosen.path, &provenance)),
+        name: args.name.clone().unwrap_or_else(|| provenance.gait_name(&chosen.path)),
         period_s: chosen.played_s(),
         unit_deg: chosen.scale.unit_deg,
         provenance,
@@ -113,7 +106,7 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let seams = Seams::new(seam, taken, rows, &chosen.scale, &gait);
     let robot = match &chosen.robot {
         Some(robot) => robot.clone(),
-        None => Robot::ant(1.0).map_err(|e| failure(Cause::Input, e))?,
+        None => Robot::ant(LegScale::LONG).map_err(|e| failure(Cause::Input, e))?,
     };
     let pace = Pace::of(&seams.taken, robot.servo.top_speed_rad_s().to_degrees());
     if !args.lag {
@@ -124,17 +117,17 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     if let Some(folder) = latest {
         run_folder::make_latest(&folder).map_err(|e| failure(file_cause(&e), e))?;
     }
-    let crowded_strides = described.and_then(PolicyRecord::crowded_strides);
-    let kept = match record {
+    let crowded_strides = described.and_then(RecordSummary::crowded_strides);
+    let comparison = match record {
         Ok(None) => Ok(None),
-        Ok(Some(record)) => Kept::of(&chosen, &robot, &gait, &seams, &pace, &record).map(Some),
+        Ok(Some(record)) => OpenLoopComparison::of(&chosen, &robot, &gait, &seams, &pace, &record).map(Some),
         Err(error) => Err(error.into()),
     };
-    report::print(&args, &Fitted { out, gait, seams, pace, crowded_strides, kept, chosen });
+    report::print(&args, &Fitted { out, gait, seams, pace, crowded_strides, comparison, chosen });
     Ok(())
 }
 
-/// All that there is to say about a fit.
+/// The result of a fit, for the report.
 struct Fitted {
     out: PathBuf,
     gait: GaitFile,
@@ -142,16 +135,6 @@ struct Fitted {
     pace: Pace,
     /// Strides in one curve, where they are too many.
     crowded_strides: Option<f64>,
-    kept: Result<Option<Kept>, kept::NoComparison>,
+    comparison: Result<Option<OpenLoopComparison>, open_loop::NoComparison>,
     chosen: Chosen,
-}
-
-/// Refuses strides that no robot plays.
-pub fn check_period(chosen: &Chosen) -> Result<(), Failure> {
-    let (recorded_s, stretch, played_s) = (chosen.recorded_s, chosen.time_stretch, chosen.played_s());
-    if !(f64::from(MIN_PERIOD_US)..=f64::from(MAX_PERIOD_US)).contains(&(played_s * 1e6)) {
-        let error = BadFlag::Period { recorded_s, stretch, played_s };
-        return Err(failure_with_help(Cause::Input, error, "see --period and --time-stretch"));
-    }
-    Ok(())
 }

@@ -1,6 +1,7 @@
-//! `host gaits`: what the robot stores, and which of it is played.
+//! `host gaits`: lists the gaits that the robot stores; selects or erases one.
 //!
-//! Owns the search by name; the robot knows places only.
+//! Holds the search by name: the robot itself numbers its places. Does not depend on
+//! what is in a gait.
 
 use super::explain::failure_with_help;
 use super::reach::{Port, unreachable_robot};
@@ -24,7 +25,7 @@ pub struct Args {
     /// Play this gait, now and after every start
     #[arg(long, value_name = "NAME", conflicts_with = "erase")]
     select: Option<String>,
-    /// Forget this gait
+    /// Erase this gait
     #[arg(long, value_name = "NAME")]
     erase: Option<String>,
     /// Print the list as JSON

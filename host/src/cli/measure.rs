@@ -1,14 +1,15 @@
-//! `host measure`: walk a trial, then judge it.
+//! `host measure`: walks a trial and computes its cost of transport.
 //!
-//! Owns the flags, the checks before anything moves, and the order of things
-//! after: numbers are printed before files are written, so a full disk costs
-//! no trial. The walk is [`crate::device::trial`]'s, the arithmetic [`crate::energy`]'s.
+//! Holds the flags, the checks before anything moves, and the order of things after:
+//! numbers are printed before files are written, so a full disk costs no trial. Does
+//! not depend on how the robot walks ([`crate::device::trial`]).
 
 mod distance;
 mod last;
 mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
+use super::ranges::{DURATION_RANGE_S, check_range};
 use super::reach::{Port, interruptible, unreachable_robot};
 use super::{Cause, Failure, robots};
 use crate::device::link::ports::SerialLink;
@@ -27,23 +28,20 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use thiserror::Error;
 
-/// Shortest and longest trial.
-pub(super) const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
-
 /// Walk a trial and compute cost of transport and speed.
 ///
 /// The trial starts with the first gait frame, after the slow entry; energy,
 /// distance and frames cover the same interval. Without --distance and
 /// --tracker you are asked for the distance afterwards.
 ///
-/// The robot walks attached: it is asked how it is four times a second, and
-/// stops by itself within a second if this program ends or the cable comes off.
+/// The robot walks attached: this program sends it a command four times a second, and
+/// it stops by itself within a second if the program ends or the cable is unplugged.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Walk nothing: tell what the robot remembers of its last walk, even one without a host
+    /// Do not walk: show what the robot recorded of its last walk, even one without a host
     #[arg(long, conflicts_with_all = ["duration", "amplitude", "clip", "tracker"])]
     last: bool,
-    /// Length of the trial in seconds
+    /// Duration of the trial in seconds
     #[arg(long, value_name = "S", default_value_t = 12.0)]
     duration: f64,
     /// Amplitude of this trial [default: as uploaded]
@@ -52,14 +50,14 @@ pub struct Args {
     /// Walk even if joints are held at their limits at --amp
     #[arg(long)]
     clip: bool,
-    /// Net horizontal distance, known beforehand
+    /// Net horizontal distance, if it is known before the trial
     #[arg(long, value_name = "M", conflicts_with = "tracker", allow_negative_numbers = true)]
     distance: Option<f64>,
     /// Positions: CSV with time_s,x_m,y_m (Unix time, or 0 = first gait frame), or the virtual
     /// robot's JSON lines
     #[arg(long, value_name = "FILE")]
     tracker: Option<PathBuf>,
-    /// Mass of the robot [default: as --robot says]
+    /// Mass of the robot [default: from --robot]
     #[arg(long, value_name = "KG", conflicts_with = "robot")]
     mass_kg: Option<f64>,
     /// Folder of the robot [default: the run's, else the Ant]
@@ -77,10 +75,8 @@ pub struct Args {
 
 #[derive(Debug, Error)]
 enum MeasureError {
-    #[error("--{flag} is {value}; it must be within {min} to {max}")]
-    Flag { flag: &'static str, value: f64, min: f64, max: f64 },
-    #[error("the distance is unknown, and nobody can be asked: standard input is no terminal")]
-    NoDistance,
+    #[error("the distance is unknown, and cannot be asked for: standard input is not a terminal")]
+    UnknownDistance,
     #[error("no distance was entered; the trial is noted without one")]
     NoAnswer,
     #[error("no telemetry of the trial arrived, so its place in the tracker's recording is unknown")]
@@ -111,7 +107,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     bar.finish_and_clear();
     let mut trial = trial.map_err(unreachable_robot)?;
     drop(link);
-    // Nothing moves any more: from here on Ctrl-C ends the program at once.
+    // Nothing moves any more: from here on Ctrl-C ends the program immediately.
     stop.store(true, Ordering::Relaxed);
 
     let mut outcome = report::Outcome::of(&trial, &gait, mass_kg);
@@ -121,7 +117,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     let failed = match trial.stop.take() {
         Some(stop) => Some(stopped(stop, &mut outcome.row)),
-        None => outcome.judge(&source, clock::interval(&trial.samples)).err(),
+        None => outcome.add_distance(&source, clock::interval(&trial.samples)).err(),
     };
     outcome.row.time = jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string();
     outcome.print(&args, &folder);
@@ -157,7 +153,7 @@ impl Gait {
         Ok(Self { active, amplitude, sha256: gait_sha256(&bytes) })
     }
 
-    /// Where it came from, if a file of the run is this very gait.
+    /// Its provenance, if the folder's gait file is the same gait.
     fn source(&self, folder: &Path) -> Option<&'static str> {
         let gait = GaitFile::load(&folder.join(run_folder::GAIT)).ok()?;
         (gait_sha256(&gait.encoded().ok()?) == self.sha256).then(|| gait.provenance.source.name())
@@ -165,16 +161,10 @@ impl Gait {
 }
 
 fn check_flags(args: &Args) -> Result<u32, Failure> {
-    let range = |flag, value: Option<f64>, min: f64, max: f64| match value {
-        Some(value) if !(min..=max).contains(&value) => {
-            Err(failure(Cause::Usage, MeasureError::Flag { flag, value, min, max }))
-        }
-        _ => Ok(()),
-    };
-    range("duration", Some(args.duration), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
-    range("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value())?;
-    range("distance", args.distance, 0.0, 1e4)?;
-    range("mass-kg", args.mass_kg, 0.01, 1e3)?;
+    check_range("duration", Some(args.duration), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
+    check_range("amp", args.amplitude, Amplitude::MIN.value(), Amplitude::MAX.value())?;
+    check_range("distance", args.distance, 0.0, 1e4)?;
+    check_range("mass-kg", args.mass_kg, 0.01, 1e3)?;
     Ok((args.duration * f64::from(FRAME_RATE_HZ)).round() as u32)
 }
 
@@ -217,7 +207,7 @@ fn unwritable(error: TableError) -> Failure {
     }
 }
 
-/// Notes why the trial does not count.
+/// Writes into the row why the trial does not count.
 fn stopped(stop: TrialStop, row: &mut Row) -> Failure {
     row.reason = Some(match &stop {
         TrialStop::Link { source } => source.to_string(),

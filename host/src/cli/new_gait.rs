@@ -1,11 +1,12 @@
-//! What the commands that search for a gait have in common: whose it is, what
-//! it is called, and where it goes. Refuses a folder in which it would replace
-//! what somebody made before.
+//! Flags and files that the commands which search for a gait share.
+//!
+//! Holds the robot, the name and the folder of a new gait. A folder in which another
+//! gait would be replaced is an error. Does not depend on how the gait is found.
 
 use super::explain::{failure, file_cause};
 use super::{Cause, Failure};
 use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder::{self, FileError};
 use protocol::JOINT_COUNT;
 use std::path::PathBuf;
@@ -15,12 +16,12 @@ use thiserror::Error;
 #[derive(Debug, clap::Args)]
 pub struct NewGait {
     /// Shins: 1.0 is 23 cm, 0.6 is 13.8 cm
-    #[arg(long, default_value_t = 1.0, value_name = "SCALE")]
-    leg: f64,
+    #[arg(long, default_value = "1", value_name = "SCALE")]
+    leg: LegScale,
     /// Folder of a robot other than the Ant
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
-    /// Of everything that is drawn
+    /// Random seed
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
     pub seed: u64,
     /// What the robot will call the gait, up to 16 characters [default: from leg and seed]
@@ -36,7 +37,7 @@ pub struct NewGait {
 enum NewGaitError {
     #[error("--name is {name:?}; a name is 1 to {} printable ASCII characters", protocol::Name::CAPACITY)]
     Name { name: String },
-    #[error("{} is there already: name another folder with --out", .path.display())]
+    #[error("{} exists already: name another folder with --out", .path.display())]
     Taken { path: PathBuf },
 }
 
@@ -53,7 +54,7 @@ impl NewGait {
         taken.find(|path| path.exists()).map_or(Ok(()), |path| Err(usage(NewGaitError::Taken { path })))
     }
 
-    /// Whose gait it is to be.
+    /// The robot that the gait is for.
     pub fn robot(&self) -> Result<Robot, Failure> {
         let robot = match &self.robot {
             Some(folder) => Robot::load(folder),
@@ -75,7 +76,7 @@ impl NewGait {
         Ok(folder)
     }
 
-    /// What it is called, if nobody named it: by what found it, leg and seed.
+    /// The name that was given, else one made of `prefix`, leg and seed.
     pub fn name_or(&self, prefix: &str, robot: &Robot) -> String {
         let usual = || format!("{}-seed{}", usual(prefix, robot), self.seed);
         self.name.clone().unwrap_or_else(usual)
@@ -111,7 +112,7 @@ impl NewGait {
 }
 
 fn usual(prefix: &str, robot: &Robot) -> String {
-    format!("{prefix}-{}L", robot.geometry.leg_scale)
+    format!("{prefix}-{}L", robot.geometry.leg_scale.value())
 }
 
 /// A file that could not be written.

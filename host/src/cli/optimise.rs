@@ -1,12 +1,12 @@
-//! `host optimise`: search the trajectory itself, in the fitted twin.
+//! `host optimise`: search the trajectory itself, in the simulated robot.
 //!
-//! Owns the flags, the run's folder and Ctrl-C; the search is
-//! [`crate::search::optimise`]'s, the words stand in `report`.
+//! Holds the flags, the run's folder and Ctrl-C. Does not depend on how gaits
+//! are searched, which is [`crate::search::optimise`]'s; `report` has the words.
 
 mod budget;
 mod front;
-mod hunt;
 mod report;
+mod session;
 mod start;
 
 use super::explain::failure;
@@ -14,6 +14,7 @@ use super::new_gait::{NewGait, machine};
 use super::reach::interruptible;
 use super::{Cause, Failure};
 use crate::gait::gait_file::{GaitFile, Source};
+use crate::gait::scale::TABLE_DEG_PER_ACTION;
 use crate::plot::PlotError;
 use crate::robot::Robot;
 use crate::run_folder;
@@ -25,60 +26,58 @@ use crate::search::optimise::space::Motion;
 use crate::search::optimise::tolerances::Tolerances;
 use budget::Budget;
 use clap::ValueEnum;
-use hunt::Hunt;
 use report::Outcome;
+use session::SearchSession;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use thiserror::Error;
 
-/// Searched for a little more than what is asked for: the median must reach it.
+/// The search aims a little higher than what is asked for, so that the median reaches it.
 const SPEED_RESERVE: f64 = 1.05;
-/// What a gait moves a unit by at amplitude 1.0.
-const UNIT_DEG: f64 = 24.0;
-/// What a gait that nobody named is called, but for its end.
+/// Beginning of the name of a gait without `--name`.
 const NAME_PREFIX: &str = "opt";
 /// Cost and speed over amplitudes.
 const AMPLITUDES_FIGURE: &str = "amplitudes.svg";
 
-/// What is wanted of a gait.
+/// What is optimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Objective {
-    /// The least cost of transport, at --min-speed or more
+    /// The lowest cost of transport, at --min-speed or faster
     Cot,
-    /// The most speed, whatever it costs
+    /// The highest speed, at any cost of transport
     Speed,
-    /// The cheapest gaits from 0.6 to 2 times --min-speed, in a table and a picture
+    /// The most efficient gaits from 0.6 to 2 times --min-speed, as a table and a picture
     Pareto,
 }
 
-/// Search a gait in the simulated robot itself, without learning.
+/// Search for a gait in simulation, without learning.
 ///
-/// Looks among all gaits that the firmware plays for the cheapest or the fastest one, over
-/// robots that differ from the fitted one as robots, floors and batteries do. What it finds is
-/// a gait file like any other. The same seed and budget give the same gait.
+/// Searches all gaits that the firmware can play for the most efficient or the fastest one,
+/// tested on robots that vary as real robots, floors and batteries do. The result is a gait
+/// file like any other. The same seed and budget give the same gait.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
     new: NewGait,
-    /// What is wanted
+    /// What to optimise
     #[arg(long, value_enum, default_value_t = Objective::Cot)]
     objective: Objective,
-    /// Least speed of a cheap gait, in m/s, not with `speed` [default: 0.25 for the Ant's long
-    /// legs, 0.2 for its short ones]
+    /// Minimum speed in m/s, not with `--objective speed` [default: 0.25 for the Ant's long legs,
+    /// 0.2 for its short ones]
     #[arg(long, value_name = "M_S")]
     min_speed: Option<f64>,
-    /// Where to begin: `nothing`, `sinusoid`, a gait file, or a run folder with one
+    /// Where to start: `nothing`, `sinusoid`, a gait file, or a run folder with one
     #[arg(long, default_value = "sinusoid", value_name = "nothing|sinusoid|GAIT|RUN")]
     start: String,
-    /// Amplitude of a gait that is begun from [default: 1.875, a policy's own stroke; 1 for a
+    /// Amplitude of the gait to start from [default: 1.875, a policy's own stroke; 1 for a
     /// searched gait]
     #[arg(long, value_name = "X")]
     start_amp: Option<f64>,
-    /// How long to search: 10m or 600s by the clock of two cores, or a number of trials; a front
-    /// of eight speeds wants several times as long
+    /// How long to search: 10m or 600s (time on two cores), or a number of trials; a front of
+    /// eight speeds needs several times as long
     #[arg(long, default_value = "10m", value_name = "TIME|TRIALS")]
     budget: Budget,
-    /// Robots that the report is made on, which the search has not seen
+    /// Number of robots in the report, none of which the search has seen
     #[arg(long, default_value_t = 32, value_name = "N", value_parser = clap::value_parser!(u16).range(8..=1000))]
     draws: u16,
     /// Print the result as JSON
@@ -92,11 +91,11 @@ enum OptimiseError {
     MinSpeed { value: f64 },
     #[error("--start-amp is {value}; it must be within 0.1 to 3")]
     StartAmplitude { value: f64 },
-    #[error("--min-speed is for --objective cot and pareto; speed looks for the fastest gait there is")]
+    #[error("--min-speed is for --objective cot and pareto; --objective speed searches for the fastest gait")]
     MinSpeedOfSpeed,
-    #[error("--start-amp is for a gait to begin at; --start {start} has no amplitude")]
+    #[error("--start-amp is for a gait to start from; --start {start} has no amplitude")]
     AmplitudeOfNoGait { start: String },
-    #[error("--budget is {trials} trials; a front needs {least} at least ({}s), for the searches of its speeds", Budget::seconds(*.least))]
+    #[error("--budget is {trials} trials; a front needs at least {least} ({}s), for the searches of its speeds", Budget::seconds(*.least))]
     FrontBudget { trials: u64, least: u64 },
     #[error("interrupted after {trials} trials; the best gait so far is in {}", .path.display())]
     Interrupted { trials: u64, path: PathBuf },
@@ -120,13 +119,18 @@ pub fn run(args: Args) -> Result<(), Failure> {
         Objective::Cot | Objective::Pareto => front::aim(at_least_m_s),
         Objective::Speed => Aim::Speed,
     };
-    let hunt =
-        Hunt { args: &args, robot: &robot, basis: &basis, stop: &stop, tolerances: Tolerances::default() };
+    let session = SearchSession {
+        args: &args,
+        robot: &robot,
+        basis: &basis,
+        stop: &stop,
+        tolerances: Tolerances::default(),
+    };
     let whole = args.budget.trials;
     let is_front = args.objective == Objective::Pareto;
-    let mut found = hunt.first(aim, &start, if is_front { front::first_budget(whole) } else { whole });
+    let mut found = session.first(aim, &start, if is_front { front::first_budget(whole) } else { whole });
     if is_front {
-        front::search(&hunt, &mut found, at_least_m_s);
+        front::search(&session, &mut found, at_least_m_s);
     }
 
     let name = args.new.name_or(NAME_PREFIX, &robot);
@@ -134,11 +138,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut gait = gait(&args, &robot, &name, &found.motion, None);
     // Now, so that whatever happens to the report leaves the gait.
     gait.save(&path).map_err(|error| failure(Cause::Machine, error))?;
-    eprintln!("searched; now it walks on {} robots that the search has not seen", args.draws);
-    let walks = hunt.over_draws(&found.motion);
-    let amplitudes = hunt.over_amplitudes(&found.motion);
-    let front = is_front.then(|| front::of(&hunt, &found, at_least_m_s));
-    let interrupted = found.stopped || hunt.stopped();
+    eprintln!("search done; testing the gait on {} robots that the search has not seen", args.draws);
+    let walks = session.over_draws(&found.motion);
+    let amplitudes = session.over_amplitudes(&found.motion);
+    let front = is_front.then(|| front::of(&session, &found, at_least_m_s));
+    let interrupted = found.stopped || session.stopped();
     gait.provenance.safe_amplitudes = safe_range(&amplitudes).map(|(least, most)| [least, most]);
     let outcome = Outcome {
         robot: &robot,
@@ -153,7 +157,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         wall_s: began.elapsed().as_secs_f64(),
         interrupted,
     };
-    let json = save(&hunt, &outcome, front.as_ref(), &folder)?;
+    let json = save(&session, &outcome, front.as_ref(), &folder)?;
     outcome.warn();
     if args.json {
         println!("{json:#}");
@@ -171,7 +175,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
 }
 
-/// Refuses now what would be refused after the search.
+/// Checks before the search what would be refused after it.
 fn check(args: &Args) -> Result<(), Failure> {
     let usage = |error: OptimiseError| failure(Cause::Usage, error);
     if let Some(value) = args.min_speed.filter(|speed| !(0.02..=2.0).contains(speed)) {
@@ -193,21 +197,19 @@ fn check(args: &Args) -> Result<(), Failure> {
     args.new.check()
 }
 
-/// Writes everything; the result for scripts.
+/// Writes everything; returns the result for scripts.
 fn save(
-    hunt: &Hunt<'_>,
+    session: &SearchSession<'_>,
     outcome: &Outcome<'_>,
     front: Option<&front::Front>,
     folder: &Path,
 ) -> Result<serde_json::Value, Failure> {
     outcome.gait.save(outcome.path).map_err(|error| failure(Cause::Machine, error))?;
-    let mut json = outcome.to_json();
     if !outcome.amplitudes.is_empty() {
         write_figure(&folder.join(AMPLITUDES_FIGURE), figure::of_amplitudes(outcome.amplitudes).to_svg())?;
     }
-    if let Some(front) = front {
-        front::save(front, hunt, folder, &mut json)?;
-    }
+    let front = front.map(|front| front::save(front, session, folder)).transpose()?;
+    let json = serde_json::to_value(outcome.result(front)).map_err(|error| failure(Cause::Machine, error))?;
     let text = format!("{json:#}\n");
     run_folder::write(&folder.join(run_folder::SUMMARY), text.as_bytes()).map_err(machine)?;
     Ok(json)
@@ -220,7 +222,8 @@ fn write_figure(path: &Path, drawn: Result<String, PlotError>) -> Result<(), Fai
 
 fn gait(args: &Args, robot: &Robot, name: &str, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
     let joints = motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
-    let mut gait = args.new.file(robot, name, Source::Searched, motion.period_s, UNIT_DEG, joints);
+    let mut gait =
+        args.new.file(robot, name, Source::Searched, motion.period_s, TABLE_DEG_PER_ACTION, joints);
     gait.provenance.safe_amplitudes = safe.map(|(least, most)| [least, most]);
     gait
 }

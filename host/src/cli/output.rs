@@ -1,12 +1,14 @@
 //! What the subcommands print, where printing can fail.
 //!
-//! Owns this module tree's `println!` and its siblings, which stand in for the
-//! standard ones: those panic if the disk behind `> FILE` is full, and a trial
-//! or an hour of training would be lost with them. Here the work goes on, and
-//! [`finish`] reports the loss. Refuses to call a reader that has seen enough,
-//! as `head` has, a failure.
+//! Holds this module tree's `println!` and its siblings, which replace the standard
+//! ones: those panic if the disk behind `> FILE` is full, and a trial or an hour of
+//! training would be lost with them. Here the work goes on, and [`finish`] reports the
+//! loss. A reader that closes the pipe early, as `head` does, is not a failure. Does
+//! not depend on what is printed.
 
 use super::{Cause, Failure, explain};
+use serde::Serialize;
+use serde_json::Value;
 use std::fmt;
 use std::io::{self, ErrorKind, Write as _};
 use std::sync::OnceLock;
@@ -38,6 +40,17 @@ pub fn to_stdout(text: fmt::Arguments<'_>) {
     if let Err(error) = io::stdout().write_fmt(text) {
         let _ = LOST.set(error);
     }
+}
+
+/// Prints a result as JSON, indented.
+pub fn print_json(result: &impl Serialize) {
+    println!("{:#}", json(result));
+}
+
+/// A result as JSON, with its keys in the alphabet's order.
+pub fn json(result: &impl Serialize) -> Value {
+    // Only a map with keys that are not text would fail, and no result has one.
+    serde_json::to_value(result).unwrap_or_default()
 }
 
 /// Writes, if there is anywhere to write to; there is nowhere else to complain.

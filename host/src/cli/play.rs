@@ -1,15 +1,16 @@
 //! `host play`: setpoints from this computer, one a frame.
 //!
-//! For trajectories that no gait table holds, and for a policy that looks where
-//! it is going. Owns the flags and the words; the poses come from [`file`] or
-//! [`policy`], the sending is [`crate::device::stream`]'s.
+//! For trajectories that no gait table holds, and for a policy in closed loop. Holds
+//! the flags and the report. Does not depend on where the poses come from ([`file`] or
+//! [`policy`]) or how they are sent ([`crate::device::stream`]).
 
 mod file;
 #[cfg(feature = "train")]
 mod policy;
 
+use super::ranges::check_range;
 use super::reach::{self, Port, interruptible, unreachable_robot};
-use super::recording::{Recording, check_range};
+use super::recording::Recording;
 use super::{Cause, Failure};
 use crate::device::link::words;
 use crate::device::stream::{self, PoseDeg};
@@ -26,10 +27,10 @@ use thiserror::Error;
 ///
 /// A trajectory is played as it is, at its own pace, once or for --seconds:
 /// columns of actions as in `fit`, or degrees from neutral with --degrees. With
-/// --policy, the policy of a run walks in simulation, and the robot does what the
-/// simulated one is told.
+/// --policy, the policy of a run walks in simulation, and the robot gets the same
+/// setpoints as the simulated one.
 ///
-/// The robot goes slowly to the first pose. It stops when a setpoint is late: its
+/// The robot moves slowly to the first pose. It stops when a setpoint is late: its
 /// buffer holds three, 50 ms.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -65,7 +66,7 @@ enum PlayError {
     )]
     Limits { joint: &'static str, angle_deg: f64, time_s: f64, limit_deg: f64 },
     #[cfg(not(feature = "train"))]
-    #[error("this program was built without training, and has no simulation to play a policy in")]
+    #[error("this program was built without training, which --policy needs")]
     NoPolicies,
 }
 
@@ -124,7 +125,7 @@ fn programme(args: &Args) -> Result<Programme, Failure> {
         Some(_) => Err(super::explain::failure_with_help(
             Cause::Usage,
             PlayError::NoPolicies,
-            "build it with them: cargo run -p host -- play",
+            "build it with training: cargo run -p host -- play",
         )),
     }
 }
@@ -156,7 +157,7 @@ fn print_words(name: &str, trial: &Trial, clipped: u32) {
         println!("a joint was held at its limit in {clipped} frames");
     }
     if let Some(missed) = trial.last().map(|t| t.missed_samples).filter(|&missed| missed > 0) {
-        println!("{missed} power samples failed; the one before stood in for each");
+        println!("{missed} power samples failed; the preceding one was used instead");
     }
 }
 

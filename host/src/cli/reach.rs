@@ -1,6 +1,7 @@
-//! How the subcommands reach the robot, and what they say where they cannot.
+//! The connection to the robot, and the errors where there is none.
 //!
-//! Owns the `--port` flag, the exit codes of link errors, and Ctrl-C.
+//! Holds the `--port` flag, the exit codes of link errors, and Ctrl-C. Does not depend
+//! on a subcommand.
 
 use super::explain::{failure, failure_with_help};
 use super::{Cause, Failure};
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
-/// Where the robot is.
+/// The `--port` flag.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Port {
     /// Serial port [default: the only Nano on USB]
@@ -33,12 +34,12 @@ impl Port {
     }
 }
 
-/// What a link error means for the exit code.
+/// The exit code of a link error.
 pub fn link_cause(error: &LinkError) -> Cause {
-    if error.is_robots_word() { Cause::Robot } else { Cause::Link }
+    if error.is_from_robot() { Cause::Robot } else { Cause::Link }
 }
 
-/// A link error with its exit code and the user's next move.
+/// A link error with its exit code and its help.
 pub fn unreachable_robot(error: LinkError) -> Failure {
     let cause = link_cause(&error);
     match error.help() {
@@ -47,21 +48,23 @@ pub fn unreachable_robot(error: LinkError) -> Failure {
     }
 }
 
-/// What the end of a walk before its time means for the exit code, and the next move.
+/// The failure of a walk that ended early; `then` ends the help.
 pub fn stopped(stop: TrialStop, then: &str) -> Failure {
     let help = match &stop {
         TrialStop::Fault { fault } => format!("{}, {}", words::fault_help(*fault), words::CLEAR_FAULT),
-        TrialStop::Early { .. } | TrialStop::Stuck { .. } => "see how it is: host status".to_owned(),
+        TrialStop::Early { .. } | TrialStop::Stuck { .. } => "see its state: host status".to_owned(),
         TrialStop::Ended { end: WalkEnd::StreamDry, .. } => {
             format!(
-                "this computer or its adapter was late by {} ms or more: end what else it is busy with; on \
-                 Linux, `setserial PORT low_latency` keeps an FTDI adapter from waiting 16 ms with every answer",
+                "this computer or its adapter was late by {} ms or more: close other programs; on Linux, \
+                 `setserial PORT low_latency` stops an FTDI adapter from delaying every answer by 16 ms",
                 1000 * u32::from(STREAM_CAPACITY) / FRAME_RATE_HZ
             )
         }
-        TrialStop::Ended { .. } => "somebody stopped it".to_owned(),
-        TrialStop::LinkLost => "check cable and port; was this computer asleep or overloaded?".to_owned(),
-        TrialStop::Entry => "is a leg caught? The robot was told to stop".to_owned(),
+        TrialStop::Ended { .. } => "it was stopped from outside this program".to_owned(),
+        TrialStop::LinkLost => {
+            "check cable and port, and whether this computer was asleep or overloaded".to_owned()
+        }
+        TrialStop::Entry => "check whether a leg is caught; the robot was ordered to stop".to_owned(),
         TrialStop::Link { source } => source.help().unwrap_or_else(|| "check cable and supply".to_owned()),
         TrialStop::Interrupted => return failure(Cause::Interrupted, stop),
     };
@@ -78,7 +81,7 @@ struct BeyondLimits {
     source: LeavesLimits,
 }
 
-/// A gait on the robot that is asked for too much.
+/// The failure of an amplitude that the robot's gait cannot be played at.
 pub fn beyond_limits(source: LeavesLimits) -> Failure {
     let help = match source.largest {
         Some(largest) => format!("the largest amplitude that fits is {largest}; or --clip"),

@@ -1,33 +1,36 @@
-//! `record`: the policy's average stride, as `fit` takes it.
+//! `record`: the policy's average stride, the input of `fit`.
+//!
+//! Holds the flags and the table. Does not depend on how trials are averaged.
 
 use super::explain::{path_text, warn};
 use super::{Cause, Failure};
-use crate::gait::fit::MOST_STRIDES;
-use crate::gait::stride::{MAX_PERIOD_S, window};
+use crate::gait::policy_record::RecordSummary;
+use crate::gait::stride::{MAX_PERIOD_S, MIN_WINDOW_S, window};
 use crate::learn::record::{FIGURE, Part, RECORDED_S, RecordError, Recording, record};
+use crate::learn::run_config::{ConfigError, RunConfig};
 use crate::learn::td3::policy::Policy;
-use crate::learn::td3::run_config::{ConfigError, RunConfig};
 use crate::learn::td3::tensor_file::TensorFileError;
 use crate::robot::{Robot, RobotError};
 use crate::run_folder;
 use crate::sim::ant_env::ACTION_DEG;
 use miette::Diagnostic;
 use protocol::Joint;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The run whose policy to play
+    /// Run whose policy is played
     #[arg(long, value_name = "RUN", default_value = run_folder::LATEST)]
     run: PathBuf,
 
-    /// Trials from different starts to average
+    /// Number of trials, from different starts
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=1000))]
     trials: u16,
 
-    /// Average a fixed window of so many seconds, as the paper does with 4, and not the stride.
+    /// Average a fixed window instead of the stride, 4 s long as in the paper if no length is given.
     /// It may hold any number of strides, and its ends need not meet
     #[arg(long, value_name = "S")]
     #[expect(clippy::option_option, reason = "the flag, and its value, may be left out")]
@@ -38,17 +41,17 @@ pub struct Args {
     json: bool,
 }
 
-/// Seconds of a window that a recorded trial has room for.
+/// Length of a window in seconds, within what a recorded trial allows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Window(f64);
 
 impl Window {
-    /// A trial must leave a stride to move the window in.
+    /// A trial is longer than the window by at least a stride, in which the window is placed.
     const MOST_S: f64 = RECORDED_S - MAX_PERIOD_S;
 }
 
 #[derive(Debug, PartialEq, Error)]
-#[error("a window lasts {} to {} s, not {text:?}", window::MIN_WINDOW_S, Window::MOST_S)]
+#[error("a window must be {} to {} s long, got {text:?}", MIN_WINDOW_S, Window::MOST_S)]
 struct BadWindow {
     text: String,
 }
@@ -57,15 +60,26 @@ impl FromStr for Window {
     type Err = BadWindow;
 
     fn from_str(text: &str) -> Result<Self, BadWindow> {
-        let seconds = text.parse().ok().filter(|s| (window::MIN_WINDOW_S..=Self::MOST_S).contains(s));
+        let seconds = text.parse().ok().filter(|s| (MIN_WINDOW_S..=Self::MOST_S).contains(s));
         seconds.map(Self).ok_or_else(|| BadWindow { text: text.into() })
     }
+}
+
+/// What `record --json` prints.
+#[derive(Debug, Serialize, Deserialize)]
+struct RecordResult {
+    #[serde(flatten)]
+    summary: RecordSummary,
+    /// Path of `trajectory.csv`.
+    trajectory: String,
+    /// Path of `trajectory.svg`.
+    figure: String,
 }
 
 #[derive(Debug, Error, Diagnostic)]
 enum RecordCliError {
     #[error("the run has no usable policy")]
-    #[diagnostic(help("train one first: cargo run -p host -- train; or name another with --run"))]
+    #[diagnostic(help("train one first: cargo run -p host -- train; or name another run with --run"))]
     Policy(#[from] TensorFileError),
     #[error("the run has no usable configuration")]
     #[diagnostic(help("train first: cargo run -p host -- train; or name another run with --run"))]
@@ -73,7 +87,7 @@ enum RecordCliError {
     #[error("the run has no usable robot description")]
     Robot(#[from] RobotError),
     #[error("this policy's trajectory cannot be recorded")]
-    #[diagnostic(help("train longer, or with another --seed: a gait is a motion that repeats"))]
+    #[diagnostic(help("train longer, or with another --seed"))]
     NoGait { source: RecordError },
     #[error("cannot write the recording")]
     Write { source: RecordError },
@@ -106,10 +120,12 @@ fn play(args: &Args) -> Result<(), RecordCliError> {
     }
     let (trajectory, figure) = (args.run.join(run_folder::TRAJECTORY), args.run.join(FIGURE));
     if args.json {
-        let mut line = serde_json::json!(recording);
-        line["trajectory"] = path_text(&trajectory).into();
-        line["figure"] = path_text(&figure).into();
-        println!("{line}");
+        let result = RecordResult {
+            summary: recording.summary,
+            trajectory: path_text(&trajectory),
+            figure: path_text(&figure),
+        };
+        println!("{}", serde_json::json!(result));
         return Ok(());
     }
     print(&recording, &trajectory, &figure);
@@ -117,44 +133,45 @@ fn play(args: &Args) -> Result<(), RecordCliError> {
 }
 
 fn print(recording: &Recording, trajectory: &Path, figure: &Path) {
-    let Recording { period_s, trials, fell, strides_averaged, strides_left_out, .. } = recording;
-    match recording.window_s {
+    let summary = &recording.summary;
+    let RecordSummary { period_s, trials, fell, strides_averaged, strides_left_out, .. } = summary;
+    match summary.window_s {
         None => println!(
-            "{strides_averaged} strides of {period_s:.3} s from {trials} trials ({strides_left_out} unlike \
-             the rest, {fell} trials fell)."
+            "{strides_averaged} strides of {period_s:.3} s from {trials} trials ({strides_left_out} left \
+             out as too different, {fell} trials fell)."
         ),
         Some(_) => {
-            let held = recording.strides_in_window.map(|count| format!(", {count:.1} strides"));
+            let held = summary.strides_in_window.map(|count| format!(", {count:.1} strides"));
             println!(
                 "{strides_averaged} windows of {period_s:.3} s{} from {trials} trials ({strides_left_out} \
-                 unlike the rest, {fell} trials fell).",
+                 left out as too different, {fell} trials fell).",
                 held.unwrap_or_default()
             );
         }
     }
     println!(
         "The policy walks at {:.3} m/s on {:.2} W; reward {:.2} a step.",
-        recording.speed_m_s, recording.power_w, recording.reward_per_step
+        summary.speed_m_s, summary.power_w, summary.reward_per_step
     );
     println!("\njoint          action    spread      degrees    spread   R2 of the curve");
     for joint in Joint::ALL {
         let index = joint.index();
         let values = recording.samples.iter().map(|sample| sample[index]);
         let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
-        let r2 = recording.polynomial_r2[index].map_or("still".into(), |r2| format!("{r2:.3}"));
+        let r2 = summary.polynomial_r2[index].map_or("still".into(), |r2| format!("{r2:.3}"));
         println!(
             "{:5}  {least:+.2} to {most:+.2}  {:8.3}  {:+3.0} to {:+3.0}  {:8.1}   {r2:>15}",
             joint.name(),
-            recording.spread[index],
+            summary.spread[index],
             least * ACTION_DEG,
             most * ACTION_DEG,
-            recording.spread_deg[index],
+            summary.spread_deg[index],
         );
     }
-    if let Some(strides) = recording.strides_in_window.filter(|&strides| strides > MOST_STRIDES) {
+    if let Some(strides) = summary.crowded_strides() {
         warn(&format!(
-            "one curve cannot follow {strides:.1} strides: the window is for a picture like the paper's; for a \
-             gait that walks, record without --window"
+            "one curve cannot follow {strides:.1} strides: a window is for a picture like the paper's; for a \
+             gait, record without --window"
         ));
     }
     println!("\n{}\n{}\nNext: cargo run -p host -- fit", trajectory.display(), figure.display());

@@ -1,28 +1,27 @@
-//! Somebody's recording of joints, and how it is meant: the flags that `fit`,
-//! `upload-gait --sampled` and `play` share.
+//! A recording of joints and its scales: the flags that `fit`, `upload-gait --sampled`
+//! and `play` share.
 //!
-//! Owns the choice of rows, duration, scales and robot. The reading is
-//! [`crate::gait::trajectory`]'s.
+//! Holds the choice of rows, duration, scales and robot. Does not depend on the file
+//! format ([`crate::gait::trajectory`]).
 
 use super::explain::{failure, failure_with_help};
+use super::ranges::check_range;
 use super::{Cause, Failure};
 use crate::gait::fit::Scale;
 use crate::gait::joint_map::{JointMap, JointMapError};
+use crate::gait::scale::{POLICY_DEG_PER_ACTION, TABLE_DEG_PER_ACTION};
 use crate::gait::trajectory::loop_finder::{self, Loop};
 use crate::gait::trajectory::{Trajectory, TrajectoryError};
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder;
+use protocol::gait::{MAX_PERIOD_US, MIN_PERIOD_US};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Degrees per unit of action in simulation, where our centres come from.
-const SIMULATED_UNIT_DEG: f64 = 45.0;
-/// Degrees per unit of action on the authors' robot: 40 ticks of 0.6 degree.
-const ROBOT_UNIT_DEG: f64 = 24.0;
-/// Joint limit of a robot that nobody described.
-const DEFAULT_LIMIT_DEG: f64 = 45.0;
+/// Joint limit of a robot without a description: as far as a policy asks.
+const DEFAULT_LIMIT_DEG: f64 = POLICY_DEG_PER_ACTION;
 
 /// Which recording, and what its numbers mean.
 #[derive(Debug, Clone, clap::Args)]
@@ -38,7 +37,7 @@ pub struct Recording {
     /// Data rows of one stride, counted from 0, B excluded: `973..1000`; or `all`
     #[arg(long, value_name = "A..B")]
     rows: Option<Rows>,
-    /// How long those rows last in the recording; needed if it has no time_s
+    /// Duration of those rows in the recording; needed if it has no time_s
     #[arg(long, value_name = "S")]
     period: Option<f64>,
     /// Play this many times slower than the recording [default: 1]
@@ -67,7 +66,7 @@ pub struct Recording {
     limit_deg: Option<f64>,
     /// Leg length the gait is meant for: 1.0 is 23 cm, 0.6 is 13.8 cm
     #[arg(long, value_name = "X")]
-    leg: Option<f64>,
+    leg: Option<LegScale>,
 }
 
 /// Which rows to take.
@@ -91,24 +90,27 @@ impl FromStr for Rows {
     }
 }
 
-/// A flag that clap cannot judge.
+/// A flag whose value clap cannot check.
 #[derive(Debug, Error)]
 pub enum BadFlag {
-    #[error("{text:?} are no rows: write A..B with A below B, counted from 0, or `all`")]
+    #[error("{text:?} is not a range of rows: write A..B with A below B, counted from 0, or `all`")]
     Rows { text: String },
-    #[error("--{flag} is {value}; it must be within {min} to {max}")]
-    Range { flag: &'static str, value: f64, min: f64, max: f64 },
     #[cfg(feature = "train")]
     #[error("{flag} is for recordings, not for a policy")]
     NotForPolicies { flag: &'static str },
     #[error("{} has no time_s column, so the duration of its rows is unknown", .path.display())]
     NoPeriod { path: PathBuf },
+    #[error(
+        "the stride would last {played_s:.3} s ({recorded_s:.3} s recorded, times {stretch}); a robot plays {} to {} s",
+        f64::from(MIN_PERIOD_US) / 1e6, f64::from(MAX_PERIOD_US) / 1e6
+    )]
+    Played { recorded_s: f64, stretch: f64, played_s: f64 },
 }
 
-/// What is taken where nobody says which rows.
+/// The rows that are used without --rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unsaid {
-    /// The stride is looked for, unless the file is one.
+pub enum DefaultRows {
+    /// One stride, which is searched for unless the file is one.
     FindStride,
     /// The whole file.
     All,
@@ -139,6 +141,16 @@ impl Chosen {
     /// How long they last when played.
     pub fn played_s(&self) -> f64 {
         self.recorded_s * self.time_stretch
+    }
+
+    /// Refuses strides that no robot plays.
+    pub fn check_period(&self) -> Result<(), Failure> {
+        let (recorded_s, stretch, played_s) = (self.recorded_s, self.time_stretch, self.played_s());
+        if !(f64::from(MIN_PERIOD_US)..=f64::from(MAX_PERIOD_US)).contains(&(played_s * 1e6)) {
+            let error = BadFlag::Played { recorded_s, stretch, played_s };
+            return Err(failure_with_help(Cause::Input, error, "see --period and --time-stretch"));
+        }
+        Ok(())
     }
 }
 
@@ -174,14 +186,14 @@ impl Recording {
     }
 
     /// Reads the file, and chooses rows, duration and scales.
-    pub fn choose(&self, unsaid: Unsaid) -> Result<Chosen, Failure> {
+    pub fn choose(&self, default: DefaultRows) -> Result<Chosen, Failure> {
         let map = self.joint_map()?;
         let time_stretch = self.time_stretch.unwrap_or(1.0);
         check_range("time-stretch", Some(time_stretch), 0.01, 1000.0)?;
         check_range("period", self.period, 1e-3, 1e4)?;
         let path = self.path();
         let trajectory = Trajectory::read(&path, map.columns.as_deref()).map_err(unreadable)?;
-        let (rows, found) = self.rows(&trajectory, unsaid)?;
+        let (rows, found) = self.rows(&trajectory, default)?;
         let recorded_s = self.recorded_s(&trajectory, &rows)?;
         let robot = self.robot()?;
         let scale = scale(&map, robot.as_ref())?;
@@ -203,12 +215,16 @@ impl Recording {
         Ok(flags.or(file))
     }
 
-    fn rows(&self, trajectory: &Trajectory, unsaid: Unsaid) -> Result<(Range<usize>, Option<Loop>), Failure> {
+    fn rows(
+        &self,
+        trajectory: &Trajectory,
+        default: DefaultRows,
+    ) -> Result<(Range<usize>, Option<Loop>), Failure> {
         let whole = 0..trajectory.actions.len();
         let (rows, found) = match &self.rows {
             Some(Rows::Range(rows)) => (rows.clone(), None),
             Some(Rows::All) => (whole, None),
-            None if trajectory.is_own_stride || unsaid == Unsaid::All => (whole, None),
+            None if trajectory.is_own_stride || default == DefaultRows::All => (whole, None),
             None => {
                 let found = loop_finder::find_loop(&trajectory.actions).map_err(|e| {
                     failure_with_help(
@@ -230,7 +246,7 @@ impl Recording {
         }
         let interval_s = trajectory.interval_s(rows.start, rows.end).map_err(unreadable)?;
         let interval_s = interval_s.ok_or_else(|| {
-            let help = "--period S says how long the chosen rows last in the recording";
+            let help = "--period S gives the duration of the chosen rows in the recording";
             failure_with_help(Cause::Usage, BadFlag::NoPeriod { path: self.path() }, help)
         })?;
         Ok(interval_s * rows.len() as f64)
@@ -247,21 +263,11 @@ impl Recording {
     }
 }
 
-/// Refuses a value outside its range.
-pub fn check_range(flag: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<(), Failure> {
-    match value {
-        Some(value) if !(min..=max).contains(&value) => {
-            Err(failure(Cause::Usage, BadFlag::Range { flag, value, min, max }))
-        }
-        _ => Ok(()),
-    }
-}
-
 fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
     let scale = Scale {
         signs: map.signs().map_err(|e: JointMapError| failure(Cause::Usage, e))?,
-        unit_deg: map.unit_deg.unwrap_or(ROBOT_UNIT_DEG),
-        centre_unit_deg: map.centre_unit_deg.unwrap_or(SIMULATED_UNIT_DEG),
+        unit_deg: map.unit_deg.unwrap_or(TABLE_DEG_PER_ACTION),
+        centre_unit_deg: map.centre_unit_deg.unwrap_or(POLICY_DEG_PER_ACTION),
         centre_offset_deg: map.centre_offset_deg.unwrap_or(0.0),
         limit_deg: map.limit_deg.or(robot.map(|r| r.joint_limit_deg)).unwrap_or(DEFAULT_LIMIT_DEG),
     };
@@ -272,14 +278,14 @@ fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
     Ok(scale)
 }
 
-/// Why nothing came of reading it, and the user's next move.
+/// The failure to read a recording, with its help.
 pub fn unreadable(error: TrajectoryError) -> Failure {
     let help = match &error {
         TrajectoryError::File(_) => {
             "`host record` writes runs/latest/trajectory.csv; or name a CSV of your own"
         }
         TrajectoryError::NoHeader { .. } | TrajectoryError::MissingJoints { .. } => {
-            "say what the columns hold, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
+            "name the columns, left to right: --columns time_s,hip1,ank1,-,... (or `columns` in --map FILE)"
         }
         TrajectoryError::UnevenTime { .. } => {
             "choose rows without a gap (--rows A..B), or give the duration yourself (--period S)"

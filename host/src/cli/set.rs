@@ -1,8 +1,10 @@
-//! `host set`: change a walk that goes on without a host.
+//! `host set`: changes a detached walk.
 //!
-//! An attached walk takes the same changes from the terminal it runs in.
+//! An attached walk takes the same changes from the terminal it runs in. Does not
+//! depend on who started the walk.
 
 use super::explain::{failure, failure_with_help};
+use super::ranges::{self, BadNumber};
 use super::reach::{Port, beyond_limits, unreachable_robot};
 use super::{Cause, Failure};
 use crate::device::link::ports::SerialLink;
@@ -13,9 +15,9 @@ use protocol::command::Record;
 use protocol::{Amplitude, Command, Speed, State};
 use thiserror::Error;
 
-/// Change amplitude or speed of a detached walk, pause it, or go on.
+/// Change amplitude or speed of a detached walk; pause or resume it.
 ///
-/// Nothing jumps: the robot slides to the new value. --amp also becomes the
+/// The robot moves smoothly to the new value. --amp also becomes the
 /// amplitude of the next walk, until the next reset.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("change").required(true).multiple(true))]
@@ -29,7 +31,7 @@ pub struct Args {
     /// Stand still in mid stride, servos on
     #[arg(long, group = "change", conflicts_with = "resume")]
     pause: bool,
-    /// Go on at the gait's own speed
+    /// Walk on at the gait's own speed
     #[arg(long, group = "change")]
     resume: bool,
     /// Take an amplitude at which joints are held at their limits
@@ -37,33 +39,6 @@ pub struct Args {
     clip: bool,
     #[command(flatten)]
     port: Port,
-}
-
-/// A number that is none of the robot's.
-#[derive(Debug, Error)]
-pub enum BadNumber {
-    /// Beyond what setpoints are proven for.
-    #[error("an amplitude of {value}; it must be within {} to {}", Amplitude::MIN.value(), Amplitude::MAX.value())]
-    Amplitude {
-        /// What was asked.
-        value: f64,
-    },
-    /// Faster than twice the gait's own speed.
-    #[error("a speed of {value}; it must be within 0 to {} of the gait's own", Speed::MAX.value())]
-    Speed {
-        /// What was asked.
-        value: f64,
-    },
-}
-
-/// The amplitude, if it is one.
-pub fn amplitude(value: f64) -> Result<Amplitude, BadNumber> {
-    Amplitude::from_f64(value).ok_or(BadNumber::Amplitude { value })
-}
-
-/// The speed, if it is one.
-pub fn speed(value: f64) -> Result<Speed, BadNumber> {
-    Speed::from_f64(value).ok_or(BadNumber::Speed { value })
 }
 
 #[derive(Debug, Error)]
@@ -84,9 +59,9 @@ fn check_limits(link: &mut SerialLink, amplitude: Amplitude) -> Result<(), Failu
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let usage = |error: BadNumber| failure(Cause::Usage, error);
-    let amplitude = args.amplitude.map(amplitude).transpose().map_err(usage)?;
+    let amplitude = args.amplitude.map(ranges::amplitude).transpose().map_err(usage)?;
     let speed = match (args.speed, args.pause, args.resume) {
-        (Some(value), ..) => Some(speed(value).map_err(usage)?),
+        (Some(value), ..) => Some(ranges::speed(value).map_err(usage)?),
         (None, true, _) => Some(Speed::PAUSED),
         (None, _, true) => Some(Speed::ONE),
         _ => None,
@@ -94,7 +69,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut link = args.port.connect()?;
     let state = link.status().map_err(unreachable_robot)?.state;
     if speed.is_some() && matches!(state, State::Idle | State::Stopping | State::Fault(_) | State::Booting) {
-        let help = "start a walk that goes on without this program: host walk --detached --for 60. \
+        let help = "start a walk that does not depend on this program: host walk --detached --for 60. \
                     If it was walking a moment ago, opening the port has reset it: the first opening \
                     after plugging in does";
         return Err(failure_with_help(Cause::Robot, NotWalking { state }, help));

@@ -1,32 +1,34 @@
 //! `host simulate`: a gait on the simulated robot, without firmware and ports.
 //!
-//! Owns the flags and the words; the trial is [`crate::sim::open_loop`]'s.
+//! Holds the flags and the words. Does not depend on how a trial is simulated,
+//! which is [`crate::sim::open_loop`]'s.
 
 mod report;
+mod result;
 
 use super::explain::{failure, failure_with_help};
-use super::measure::DURATION_RANGE_S;
-use super::recording::{BadFlag, check_range};
-use super::robots::Named;
-use super::upload_gait::material::Material;
+use super::material::Material;
+use super::ranges::{DURATION_RANGE_S, OutOfRange, check_range};
+use super::robots::RobotArg;
 use super::{Cause, Failure};
 use crate::gait::gait_file::Source;
+use crate::robot::LegScale;
 use crate::run_folder;
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{Playback, Starts, Trial, Walk, play_starts};
 use protocol::Amplitude;
 use std::path::{Path, PathBuf};
 
-/// Where nobody says how wide: about a policy's own stroke,
+/// Default amplitude: about a policy's own stroke,
 const AMPLITUDE: f64 = 2.0;
-/// and the stroke that was searched.
+/// and for a searched gait the stroke that was searched.
 const SEARCHED_AMPLITUDE: f64 = 1.0;
 
-/// Play a gait open loop in the simulation: how far, on what power, and does it fall?
+/// Play a gait open loop in simulation: speed, power, cost of transport, falls.
 ///
-/// The gait is computed 60 times a second from the robot's own bytes, held at its
-/// limits and rounded to pulses, as the firmware does; nothing corrects it. Each
-/// start differs a little in heading, height, joint angles and friction.
+/// The setpoints are computed 60 times a second from the table that the robot plays, held at
+/// its limits and rounded to pulses, as in the firmware; there is no feedback. The starts
+/// differ a little in heading, height, joint angles and friction.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The gait: a readable file, or the bytes of a table (.bin) [default: that of the last run]
@@ -38,10 +40,10 @@ pub struct Args {
     /// Length of the walk from each start, in seconds
     #[arg(long = "duration", value_name = "S", default_value_t = 60.0)]
     duration_s: f64,
-    /// How many starts
+    /// Number of starts
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
     starts: u32,
-    /// Of the starts: the same seed draws the same
+    /// Random seed of the starts
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
     seed: u64,
     /// Folder of the robot that walks [default: the run's, else the Ant with the gait's legs]
@@ -49,17 +51,17 @@ pub struct Args {
     robot: Option<PathBuf>,
     /// The Ant with legs of this length: 1.0 is 23 cm, 0.6 is 13.8 cm
     #[arg(long, value_name = "X")]
-    leg: Option<f64>,
+    leg: Option<LegScale>,
     /// Print the result as JSON, with a row for each start
     #[arg(long)]
     json: bool,
 }
 
-/// What was played, where, and what came of it.
+/// What was played, and the walks.
 struct Simulated {
     material: Material,
     amplitude: Amplitude,
-    /// The same as it was typed, or as it is usual.
+    /// The same before rounding, as typed or by default.
     amplitude_typed: f64,
     starts: Starts,
     walks: Vec<Walk>,
@@ -68,7 +70,7 @@ struct Simulated {
 pub fn run(args: Args) -> Result<(), Failure> {
     let exact = |value: f64| {
         let (min, max) = (Amplitude::MIN.value(), Amplitude::MAX.value());
-        let error = BadFlag::Range { flag: "amp", value, min, max };
+        let error = OutOfRange { flag: "amp", value, min, max };
         Amplitude::from_f64(value).ok_or_else(|| failure(Cause::Usage, error))
     };
     // Before anything is read: a bad flag is a bad flag whatever the gait.
@@ -76,7 +78,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     check_range("duration", Some(args.duration_s), DURATION_RANGE_S.0, DURATION_RANGE_S.1)?;
     let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
     let path = args.gait.clone().unwrap_or_else(default);
-    let named = args.leg.map_or(Named::folder(args.robot.as_deref()), Named::Leg);
+    let named = args.leg.map_or(RobotArg::folder(args.robot.as_deref()), RobotArg::Leg);
     let material = Material::load(path, named)?;
     let usual = if material.source == Source::Searched.name() { SEARCHED_AMPLITUDE } else { AMPLITUDE };
     let amplitude_typed = args.amplitude.unwrap_or(usual);
@@ -89,6 +91,6 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let help = "this robot cannot be simulated: are the servos' stiffness and the masses in its robot.toml right?";
         failure_with_help(Cause::Input, e, help)
     })?;
-    report::print(&args, &Simulated { material, amplitude, amplitude_typed, starts, walks });
-    Ok(())
+    let simulated = Simulated { material, amplitude, amplitude_typed, starts, walks };
+    report::print(&args, &simulated).map_err(|error| failure(Cause::Machine, error))
 }

@@ -1,7 +1,7 @@
-//! `host sinusoid`: the rival that learned gaits are measured against.
+//! `host sinusoid`: the baseline that learned gaits are compared with.
 //!
-//! Owns the flags, the budget and Ctrl-C; the search is
-//! [`crate::search::sinusoid`]'s, the words stand in `report`.
+//! Holds the flags, the budget and Ctrl-C. Does not depend on how gaits are
+//! searched, which is [`crate::search::sinusoid`]'s; `report` has the words.
 
 mod report;
 
@@ -10,8 +10,9 @@ use super::new_gait::{NewGait, machine};
 use super::reach::interruptible;
 use super::{Cause, Failure};
 use crate::gait::gait_file::{GaitFile, Source};
-use crate::learn::td3::preset::Preset;
-use crate::learn::td3::run_config::RunConfig;
+use crate::gait::scale::TABLE_DEG_PER_ACTION;
+use crate::learn::preset::Preset;
+use crate::learn::run_config::RunConfig;
 use crate::robot::Robot;
 use crate::run_folder;
 use crate::search::optimise::basis::Basis;
@@ -26,28 +27,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use thiserror::Error;
 
-/// What a learned gait moves a unit of action by at amplitude 1.0, where its policy has 45
-/// degrees: so its own stroke is amplitude 1.875, and a sinusoid's is to be the same.
-const UNIT_DEG: f64 = 24.0;
-/// A year of walking.
+/// A year of simulated walking.
 const MOST_BUDGET_S: f64 = 3.2e7;
-/// Every evaluation.
+/// Table of all evaluations.
 const EVALUATIONS: &str = "evaluations.csv";
 
-/// Find a sinusoidal gait by Bayesian optimisation, the rival that the paper measures PSTO
-/// against.
+/// Find a sinusoidal gait by Bayesian optimisation, the baseline that the paper compares PSTO
+/// with.
 ///
-/// Tunes period, amplitudes, phases and offsets of sine waves for the very reward that `train`
-/// learns from, with as many simulated seconds. Like a learned gait, it has the stroke that was
-/// tuned at amplitude 1.875. The same seed and budget give the same gait.
+/// Tunes period, amplitudes, phases and offsets of sine waves for the same reward that `train`
+/// learns from, with as many simulated seconds. As with a learned gait, amplitude 1.875 is the
+/// stroke that was tuned. The same seed and budget give the same gait.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
     new: NewGait,
-    /// The task, and the budget that learning it has
+    /// Training preset that gives the task and the default budget
     #[arg(long, value_enum, default_value = "walk")]
     preset: Preset,
-    /// Simulated seconds to search with [default: what `train` learns from with the preset]
+    /// Simulated seconds to search with [default: as many as `train` uses with the preset]
     #[arg(long, value_name = "SECONDS")]
     budget_s: Option<f64>,
     /// Legs that swing together
@@ -62,12 +60,12 @@ pub struct Args {
 enum SinusoidError {
     #[error(
         "--budget-s is {value}; it must be within {least} to {MOST_BUDGET_S} s of simulation: the \
-         least is 22 evaluations of 8 episodes of {episode_s:.1} s"
+         minimum is 22 evaluations of 8 episodes of {episode_s:.1} s"
     )]
     Budget { value: f64, least: f64, episode_s: f64 },
     #[error("interrupted after {evaluations} evaluations; the best gait so far is in {}", .path.display())]
     Interrupted { evaluations: usize, path: PathBuf },
-    #[error("the curves that sines are made of could not be computed")]
+    #[error("the curves that approximate sines could not be computed")]
     Basis,
 }
 
@@ -107,7 +105,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     };
     let table = report::table(&found.evaluations).map_err(|error| failure(Cause::Machine, error))?;
     run_folder::write(&folder.join(EVALUATIONS), &table).map_err(machine)?;
-    let json = outcome.to_json();
+    let json = serde_json::to_value(outcome.result()).map_err(|error| failure(Cause::Machine, error))?;
     let text = format!("{json:#}\n");
     run_folder::write(&folder.join(run_folder::SUMMARY), text.as_bytes()).map_err(machine)?;
     if args.json {
@@ -122,7 +120,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Control steps that a policy learns from; those of its evaluations are not counted.
+/// Control steps that a policy learns from, without those of its evaluations.
 fn learners_steps(config: &RunConfig) -> u64 {
     let schedule = &config.schedule;
     schedule.total_updates() * schedule.env_steps_per_update + schedule.warm_up_env_steps
@@ -135,23 +133,25 @@ fn budget(value: f64, search: &Search<'_>) -> Result<u64, Failure> {
     }
     let episode_s = seconds(search.task.episode_steps());
     let error = SinusoidError::Budget { value, least, episode_s };
-    Err(failure_with_help(Cause::Usage, error, "leave it out for the budget that `train` has"))
+    Err(failure_with_help(Cause::Usage, error, "without --budget-s the search has the budget of `train`"))
 }
 
-/// The search, with a bar, or for logs a line a tenth.
+/// Searches with a progress bar; in logs, with one line for each tenth.
 fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
     let whole_s = seconds(search.budget) as u64;
     let bar = ProgressBar::new(whole_s).with_style(
-        ProgressStyle::with_template("{bar:30} {pos}/{len} s simulated, {msg}, {elapsed} gone, {eta} to go")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        ProgressStyle::with_template(
+            "{bar:30} {pos}/{len} s simulated, {msg}, {elapsed} elapsed, {eta} left",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
     let mut said_s = 0;
     let found = search.run(&mut |progress: &Progress<'_>| {
         let Progress { evaluations, steps, best } = progress;
         let simulated_s = seconds(*steps) as u64;
         let words = format!(
-            "{evaluations} evaluations, best {:.3} a step at {:.3} m/s",
-            best.worth.reward_per_step, best.worth.speed_m_s
+            "{evaluations} evaluations, best reward {:.3} per step at {:.3} m/s",
+            best.score.reward_per_step, best.score.speed_m_s
         );
         bar.set_position(simulated_s);
         if bar.is_hidden() && simulated_s >= said_s + whole_s / 10 {
@@ -168,7 +168,7 @@ fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
 fn gait(args: &Args, robot: &Robot, found: &Found) -> GaitFile {
     let mut joints = found.motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
     let curves = joints.iter_mut().flat_map(|joint| &mut joint.coefficients_deg);
-    curves.for_each(|coefficient_deg| *coefficient_deg *= UNIT_DEG / ACTION_DEG);
+    curves.for_each(|coefficient_deg| *coefficient_deg *= TABLE_DEG_PER_ACTION / ACTION_DEG);
     let name = args.new.name_or("sin", robot);
-    args.new.file(robot, &name, Source::Sinusoid, found.motion.period_s, UNIT_DEG, joints)
+    args.new.file(robot, &name, Source::Sinusoid, found.motion.period_s, TABLE_DEG_PER_ACTION, joints)
 }

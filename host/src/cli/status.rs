@@ -1,6 +1,7 @@
-//! `host status`: what the robot is doing, in plain words.
+//! `host status`: shows the robot's state in plain words, and clears a fault.
 //!
-//! Owns the words' layout and the clearing of a fault, which nothing else does.
+//! Holds the layout and the codes for scripts. Does not depend on how the robot came
+//! into its state.
 
 use super::Failure;
 use super::reach::{Port, unreachable_robot};
@@ -10,7 +11,7 @@ use protocol::command::{ActiveGait, CalibrationSource, Storage};
 use protocol::{Command, FRAME_RATE_HZ, Fault, HelloReply, ResetCause, State, Status};
 use serde_json::{Value, json};
 
-/// Tell what the robot is doing, and leave a fault.
+/// Show the robot's state; clear a fault.
 ///
 /// A fault stays latched, with the servos limp, until --clear-fault is given
 /// and its cause is gone.
@@ -18,7 +19,7 @@ use serde_json::{Value, json};
 pub struct Args {
     #[command(flatten)]
     port: Port,
-    /// Leave the fault state, if the cause is gone
+    /// Clear a fault, if its cause is gone
     #[arg(long)]
     clear_fault: bool,
     /// Print the status as JSON
@@ -26,8 +27,8 @@ pub struct Args {
     json: bool,
 }
 
-/// A status, and what the session knows beside it.
-struct Told<'a> {
+/// The robot's status, and what this side of the link adds to it.
+struct StatusReport<'a> {
     port: &'a str,
     hello: Option<&'a HelloReply>,
     status: Status,
@@ -40,11 +41,12 @@ pub fn run(args: Args) -> Result<(), Failure> {
         link.order(Command::ClearFault).map_err(unreachable_robot)?;
     }
     let status = link.status().map_err(unreachable_robot)?;
-    let told = Told { port: link.name(), hello: link.hello(), status, link_bad_frames: link.bad_frames() };
+    let report =
+        StatusReport { port: link.name(), hello: link.hello(), status, link_bad_frames: link.bad_frames() };
     if args.json {
-        println!("{:#}", told.to_json());
+        println!("{:#}", report.to_json());
     } else {
-        told.print();
+        report.print();
     }
     Ok(())
 }
@@ -66,7 +68,7 @@ fn plural(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-impl Told<'_> {
+impl StatusReport<'_> {
     fn uptime_s(&self) -> f64 {
         f64::from(self.status.uptime_frames) / f64::from(FRAME_RATE_HZ)
     }
@@ -93,7 +95,7 @@ impl Told<'_> {
         line("supply", &format!("{:.2} V", f64::from(status.bus_mv) / 1e3));
         line("running for", &format!("{:.1} s", self.uptime_s()));
         line("started", words::reset_cause(status.reset_cause));
-        line("memory", &format!("{} bytes of the stack were never used", status.stack_left));
+        line("memory", &format!("{} bytes of stack were never used", status.stack_left));
         let errors = plural(status.bus_errors.into(), "failed transfer", "failed transfers");
         line("I2C bus", &errors);
         let damaged = |count| plural(count, "damaged frame", "damaged frames");

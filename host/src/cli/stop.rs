@@ -1,4 +1,6 @@
-//! `host stop`: stop the robot, whatever it is doing and whoever started it.
+//! `host stop`: stops the robot, whatever it is doing.
+//!
+//! Does not depend on who started the walk.
 
 use super::explain::failure_with_help;
 use super::reach::{Port, unreachable_robot};
@@ -9,15 +11,15 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 /// From the order to a stand, at bounded joint speed, takes a second or two.
-const PATIENCE: Duration = Duration::from_secs(6);
+const STOP_TIMEOUT: Duration = Duration::from_secs(6);
 
 /// Stop the robot.
 ///
 /// It stands where it is for a second, then its servos go limp.
 ///
-/// The first thing on the wire is a single byte that the robot obeys even in the
-/// middle of a damaged frame. If a host still holds the port, stop it there with
-/// Ctrl-C.
+/// The first thing that is sent is a single byte, which the robot obeys even in the
+/// middle of a damaged frame. While another host command uses the robot, press Ctrl-C
+/// there instead: that stops it too.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -25,15 +27,15 @@ pub struct Args {
 }
 
 #[derive(Debug, Error)]
-#[error("the robot was told to stop {} s ago and is {} still", PATIENCE.as_secs(), words::state(*.state))]
-struct GoesOn {
+#[error("the robot was ordered to stop {} s ago and is still {}", STOP_TIMEOUT.as_secs(), words::state(*.state))]
+struct StillMoving {
     state: State,
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut link = ports::connect_and_stop(args.port.port.as_deref()).map_err(unreachable_robot)?;
     link.order(Command::Stop).map_err(unreachable_robot)?;
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + STOP_TIMEOUT;
     loop {
         let state = link.status().map_err(unreachable_robot)?.state;
         match state {
@@ -44,8 +46,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
             }
         }
         if Instant::now() >= deadline {
-            let help = "switch its servo supply off, then look for the cause: host status";
-            return Err(failure_with_help(Cause::Robot, GoesOn { state }, help));
+            let help = "switch its servo supply off, then see the cause: host status";
+            return Err(failure_with_help(Cause::Robot, StillMoving { state }, help));
         }
         std::thread::sleep(Duration::from_millis(50));
     }

@@ -1,4 +1,6 @@
 //! `train`: a run folder with the best policy, its learning curve and a checkpoint.
+//!
+//! Holds the flags and the messages. Does not depend on how a policy learns.
 
 mod device;
 mod error;
@@ -7,14 +9,15 @@ mod seeds;
 mod show;
 
 use super::explain::path_text;
-use super::{Cause, Failure};
+use super::{Cause, Failure, output};
 use crate::env::Env;
+use crate::learn::preset::Preset;
+use crate::learn::run_config::RunConfig;
 use crate::learn::td3::device::Device;
 use crate::learn::td3::outcome::{Ending, Outcome};
-use crate::learn::td3::preset::Preset;
-use crate::learn::td3::run_config::{LegScale, RunConfig};
 use crate::learn::td3::trainer::Run;
-use crate::robot::Robot;
+use crate::learn::train_result::TrainResult;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
 use device::Configured;
@@ -27,42 +30,41 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Numbers to train with
+    /// Training preset
     #[arg(long, value_enum, default_value = "walk", conflicts_with_all = ["config", "resume"])]
     preset: Preset,
 
-    /// A configuration of your own; it names only what differs from the preset it is `based_on`
+    /// Your own configuration; it names only what differs from the preset it is `based_on`
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     config: Option<PathBuf>,
 
-    /// Shins: 1.0 is 23 cm, 0.6 is 13.8 cm [default: the configuration's]
+    /// Length of the shins: 1.0 is 23 cm, 0.6 is 13.8 cm [default: the configuration's]
     #[arg(long, value_name = "SCALE", conflicts_with_all = ["robot", "resume"])]
-    leg: Option<f64>,
+    leg: Option<LegScale>,
 
-    /// Another seed gives another gait [default: the configuration's, 0]
+    /// Random seed [default: the configuration's, 0]
     #[arg(long, value_name = "N", conflicts_with = "resume", value_parser = super::seed())]
     seed: Option<u64>,
 
-    /// Train these side by side and keep the best policy by episodes that none of them has
-    /// seen: 0..10 are ten seeds, 0 to 9
+    /// Train several seeds in parallel and keep the policy that is best on episodes that no run
+    /// has seen: 0..10 are ten seeds, 0 to 9
     #[arg(long, value_name = "A..B", conflicts_with_all = ["seed", "resume"])]
     seeds: Option<SeedRange>,
 
-    /// Seeds to train at a time [default: as many as there are cores]
+    /// Number of seeds to train at a time [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     jobs: Option<u32>,
 
-    /// The run's folder; it must not hold a run yet [default: a new one in runs]
+    /// Folder of the run, which must not hold a run yet [default: a new one in runs]
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     out: Option<PathBuf>,
 
-    /// What computes the updates; a resumed run keeps its own, and on another it does not go
-    /// on bit for bit. `host bench` says how cpu and torch compare here
-    /// [default: the configuration's, cpu]
+    /// Device of the updates [default: the configuration's, cpu]. A resumed run keeps its own;
+    /// on another device it does not continue bit for bit. `host bench` compares cpu and torch
     #[arg(long, value_enum)]
     device: Option<Device>,
 
-    /// Go on with an interrupted run as if nothing had happened
+    /// Continue an interrupted run, with the same result as without the interruption
     #[arg(long, value_name = "RUN")]
     resume: Option<PathBuf>,
 
@@ -84,7 +86,7 @@ fn train(args: Args) -> Result<(), TrainCliError> {
     let jobs = args.jobs.map_or_else(cores, |jobs| jobs as usize);
     if let Some(folder) = &args.resume {
         stop_on_ctrl_c(&stop)?;
-        return match SeedRange::of(folder).map_err(seeds::SeedsError::from)? {
+        return match SeedRange::of(folder).map_err(error::SeedsError::from)? {
             Some(seeds) => seeds::train(folder, seeds, jobs, args.device, &stop, args.json),
             None => train_one(folder, true, args.device, &stop, args.json),
         };
@@ -125,16 +127,16 @@ fn train_one(
     let updates = learning.schedule.total_updates();
     let bar = progress_bar("", updates);
     say(&bar, &format!("Training in {} (seed {seed}, {device}), {updates} updates.", folder.display()));
-    say(&bar, "Ctrl-C saves and stops.");
-    let mut known = false;
+    say(&bar, "Press Ctrl-C to save and stop.");
+    let mut is_latest = false;
     let outcome = run.train(resuming, &mut |event| {
         show(&bar, &event);
         change.note(&event, &config, folder, &bar);
-        // From the first saved policy on, this is the run that the other commands take.
-        if !known {
-            known = true;
+        // From its first policy on, this run is the default of other commands.
+        if !is_latest {
+            is_latest = true;
             if let Err(error) = run_folder::make_latest(folder) {
-                say(&bar, &format!("warning: {error}: name the run with --run in the next steps"));
+                say(&bar, &format!("warning: {error}: use --run with the next commands"));
             }
         }
     });
@@ -150,7 +152,7 @@ fn train_one(
     }
 }
 
-/// Resolves flags into a configuration and a robot.
+/// The configuration and the robot that the flags ask for.
 fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
     let mut config = match (&args.config, args.preset) {
         (Some(path), _) => RunConfig::load(path)?,
@@ -160,15 +162,11 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
     config.device = args.device.unwrap_or(config.device);
     device::check(config.device)?;
     if let Some(leg) = args.leg {
-        let (least, most) = crate::robot::LEG_SCALE_RANGE;
-        if !(least..=most).contains(&leg) {
-            return Err(TrainCliError::Leg { value: leg });
-        }
-        config.leg_scale = LegScale(leg);
+        config.leg_scale = leg;
     }
     let robot = match &args.robot {
         Some(path) => Robot::load(path)?,
-        None => Robot::ant(config.leg_scale.0)?,
+        None => Robot::ant(config.leg_scale)?,
     };
     let random = config.env.randomisation;
     if random.lacks_spread(&robot) {
@@ -177,37 +175,37 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
     Ok((config, robot))
 }
 
-/// The folder that was asked for, if it is free, or a new one.
+/// The requested folder, if it holds no run, or a new one.
 fn prepare_folder(args: &Args, config: &RunConfig) -> Result<PathBuf, TrainCliError> {
     let Some(folder) = &args.out else {
         let seeds = args.seeds.map_or(format!("seed{}", config.seed), |seeds| seeds.label());
-        return Ok(run_folder::create(&format!("leg{}-{seeds}", config.leg_scale.0))?);
+        return Ok(run_folder::create(&format!("leg{}-{seeds}", config.leg_scale.value()))?);
     };
     if folder.join(run_folder::CONFIG).exists() || folder.join(SEEDS).exists() {
-        return Err(TrainCliError::Taken { folder: folder.display().to_string() });
+        return Err(TrainCliError::FolderInUse { folder: folder.display().to_string() });
     }
-    if let Some(run) = args.seeds.and_then(|seeds| seeds::taken(seeds, folder)) {
-        return Err(TrainCliError::Taken { folder: run.display().to_string() });
+    if let Some(run) = args.seeds.and_then(|seeds| seeds::existing_run(seeds, folder)) {
+        return Err(TrainCliError::FolderInUse { folder: run.display().to_string() });
     }
     std::fs::create_dir_all(folder).map_err(FileError::on("create", folder))?;
     Ok(folder.clone())
 }
 
-/// Puts into a run's folder what decides its result.
+/// Writes the inputs of a run into its folder: configuration and robot.
 fn write_inputs(folder: &Path, config: &RunConfig, robot: &Robot) -> Result<(), TrainCliError> {
     config.save(&folder.join(run_folder::CONFIG))?;
     robot.save(&folder.join(run_folder::ROBOT))?;
     Ok(())
 }
 
-/// The first Ctrl-C asks, the second ends the program on the spot.
+/// The first Ctrl-C sets `stop`; the second exits immediately.
 fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
     let stop = Arc::clone(stop);
     ctrlc::set_handler(move || {
         if stop.swap(true, Ordering::Relaxed) {
             std::process::exit(Cause::Interrupted as i32);
         }
-        eprintln!("\nSaving; Ctrl-C again stops at once.");
+        eprintln!("\nSaving. Press Ctrl-C again to stop immediately.");
     })
 }
 
@@ -215,21 +213,21 @@ fn report(outcome: &Outcome, config: &RunConfig, device: Device, folder: &Path, 
     let untrained = &outcome.curve[0];
     let best = &outcome.curve[outcome.best];
     if json {
-        let line = serde_json::json!({
-            "run": path_text(folder),
-            "policy": path_text(&folder.join(run_folder::POLICY)),
-            "seed": config.seed,
-            "device": device,
-            "finished": outcome.ending == Ending::Done,
-            "reward_untrained": untrained.reward,
-            "reward_trained": best.reward,
-            "speed_m_s": best.speed_m_s,
-            "best_updates": best.updates,
-            "updates": outcome.updates,
-            "train_env_steps": outcome.env_steps,
-            "wall_s": outcome.wall_s,
-        });
-        println!("{line}");
+        let result = TrainResult {
+            run: path_text(folder),
+            policy: path_text(&folder.join(run_folder::POLICY)),
+            seed: config.seed,
+            device,
+            finished: outcome.ending == Ending::Done,
+            reward_untrained: untrained.reward,
+            reward_trained: best.reward,
+            speed_m_s: best.speed_m_s,
+            best_updates: best.updates,
+            updates: outcome.updates,
+            train_env_steps: outcome.env_steps,
+            wall_s: outcome.wall_s,
+        };
+        println!("{}", output::json(&result));
     } else {
         println!(
             "Reward {:.1} -> {:.1}, {:.3} m/s, best after {} updates.",

@@ -1,12 +1,13 @@
-//! `host twin`: fit the simulated robot to measured trials, and hold it to others.
+//! `host twin`: fit the simulated robot to measured trials, or validate it against them.
 //!
-//! Owns flags and what is printed; search and scores are the library's.
+//! Holds the flags and what is printed. Does not depend on how a fit is searched
+//! or scored: see [`crate::twin`].
 
 mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder;
 use crate::twin::{self, Begin, Budget, Fit, Options, Parameter, Progress, Tables, Trials, TwinError};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -18,7 +19,7 @@ use thiserror::Error;
 /// The best so far is written each time so many sets have been tried.
 const SAVED_EVERY: u64 = 100;
 
-/// Hold the simulated robot to what a measured one did.
+/// Fit or validate the simulation against measured trials.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -27,25 +28,25 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Twin {
-    /// Find the robot's parameters from the tables that it played and what it did
+    /// Fit the robot's parameters to the tables that it played and its measured trials
     Fit(FitArgs),
-    /// Predict trials, and tell how far off that is
+    /// Predict measured trials, and print the errors
     Validate(ValidateArgs),
 }
 
-/// What was measured, and of which robot.
+/// Which measurements, of which robot.
 #[derive(Debug, clap::Args)]
 struct Data {
     /// What the robot played: method, amplification, sample, hip1..hip4, ank1..ank4, in ticks
     #[arg(long, value_name = "FILE")]
     tables: PathBuf,
-    /// What it did: leg_length, method, amplification, power_w, speed_m_s, cost_of_transport,
+    /// What was measured: leg_length, method, amplification, power_w, speed_m_s, cost_of_transport,
     /// and duration_s if trials were not 12 s long
     #[arg(long, value_name = "FILE")]
     trials: PathBuf,
     /// Length of the legs: selects the trials and the robot
-    #[arg(long, default_value_t = 1.0, value_name = "SCALE")]
-    leg: f64,
+    #[arg(long, default_value = "1", value_name = "SCALE")]
+    leg: LegScale,
     /// Folder of the robot [default: the Ant's]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
@@ -54,7 +55,7 @@ struct Data {
     threads: Option<usize>,
 }
 
-/// Find the robot's parameters from the tables that it played and what it did.
+/// Fit the robot's parameters to the tables that it played and its measured trials.
 #[derive(Debug, clap::Args)]
 struct FitArgs {
     #[command(flatten)]
@@ -62,18 +63,18 @@ struct FitArgs {
     /// Gaits to fit; may be given more than once [default: all that have trials]
     #[arg(long, value_name = "NAME")]
     method: Vec<String>,
-    /// Of the search: the same seed finds the same robot
+    /// Random seed: the same seed finds the same robot
     #[arg(long, default_value_t = 0, value_parser = super::seed())]
     seed: u64,
     /// Sets of parameters to try
     #[arg(long, default_value_t = Budget::default().evaluations, value_name = "EVALUATIONS",
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     budget: u64,
-    /// Parameters to fit, by their name in the description, and where to look: the Ant's range
-    /// unless told otherwise; may be given more than once
+    /// Parameters to fit, by their name in the description, each with a range if not the
+    /// Ant's; may be given more than once
     #[arg(long, value_name = "NAME[=MIN:MAX]")]
     vary: Vec<String>,
-    /// Begin at the description's own values only, instead of anywhere
+    /// Start from the description's own values only
     #[arg(long)]
     go_on: bool,
     /// Share of each parameter's range over which the last search's first sets are spread
@@ -87,7 +88,7 @@ struct FitArgs {
     json: bool,
 }
 
-/// Predict trials, and tell how far off that is.
+/// Predict measured trials, and print the errors.
 #[derive(Debug, clap::Args)]
 struct ValidateArgs {
     #[command(flatten)]
@@ -98,7 +99,7 @@ struct ValidateArgs {
     /// How long the robot held a sample, in seconds [default: as fitted]
     #[arg(long, value_name = "SECONDS", value_parser = sample_time)]
     sample_time: Option<f64>,
-    /// Play all tables with half the physics step, too, and tell what that changes
+    /// Also play all tables with half the physics step, and print the difference
     #[arg(long)]
     half_step: bool,
     /// Print the result as JSON
@@ -112,17 +113,21 @@ enum TwinCliError {
     Interrupted { evaluations: u64, path: PathBuf },
     #[error("interrupted before the first sets of parameters were tried; nothing is written")]
     TooEarly,
-    #[error("--first-step is {value}, but must be within 0.001 to 1")]
+    #[error("--first-step must be within 0.001 to 1, got {value}")]
     FirstStep { value: f64 },
     #[error("{count} threads cannot be started")]
     Threads { count: usize, source: rayon::ThreadPoolBuildError },
-    #[error("cannot catch Ctrl-C")]
+    #[error("cannot handle Ctrl-C")]
     Signals { source: ctrlc::Error },
 }
 
 fn sample_time(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
-    if (0.02..=1.0).contains(&value) { Ok(value) } else { Err("it must be within 0.02 to 1 s".to_owned()) }
+    let value: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    if (0.02..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("must be within 0.02 to 1 s, got {value}"))
+    }
 }
 
 pub fn run(args: Args) -> Result<(), Failure> {
@@ -189,7 +194,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         .map_err(|source| failure(Cause::Machine, TwinCliError::Signals { source }))?;
 
     let bar = ProgressBar::new(args.budget).with_style(
-        ProgressStyle::with_template("{bar:30} {pos}/{len} sets, {msg}, {elapsed} gone, {eta} to go")
+        ProgressStyle::with_template("{bar:30} {pos}/{len} sets, {msg}, {elapsed} elapsed, {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
     let mut saved = 0;
@@ -228,7 +233,7 @@ fn run_fit(args: &FitArgs) -> Result<(), Failure> {
         return Err(failure_with_help(
             Cause::Interrupted,
             TwinCliError::Interrupted { evaluations, path: path.clone() },
-            format!("go on from there with --robot {} --go-on", path.display()),
+            format!("resume with --robot {} --go-on", path.display()),
         ));
     }
     Ok(())

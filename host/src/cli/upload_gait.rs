@@ -1,31 +1,34 @@
-//! `host upload-gait`: a gait from its file, or a recording, onto the robot.
+//! `host upload-gait`: sends a gait from its file, or a recording, to the robot.
 //!
-//! Owns the flags, the check of the limits at the asked amplitude, and the
-//! words; the transfer is [`crate::device::upload`]'s.
+//! Holds the flags, the check of the limits at the asked amplitude, and the report.
+//! Does not depend on the transfer ([`crate::device::upload`]).
 
 mod check;
-pub(super) mod material;
 
 use super::explain::{failure, failure_with_help, path_text};
+use super::material::Material;
+use super::output;
+use super::ranges::amplitude_flag;
 use super::reach::{Port, link_cause, unreachable_robot};
 use super::recording::Recording;
+use super::robots::RobotArg;
 use super::{Cause, Failure};
+use crate::device::upload::upload_result::{GaitResult, SampledResult, UploadResult};
 use crate::device::upload::{self, Stage, UploadError, Uploaded};
 use crate::gait::gait_file::gait_sha256;
 use crate::gait::gait_file::limits::{LeavesLimits, as_typed};
+use crate::run_folder;
 use check::Check;
 use indicatif::{ProgressBar, ProgressStyle};
-use material::Material;
 use protocol::command::Storage;
 use protocol::gait::MAX_ROWS;
 use protocol::{Amplitude, Calibration};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Send a gait to the robot, verify and store it.
 ///
-/// The gait becomes active at once or not at all, and so does the amplitude.
+/// The gait and its amplitude become active together, or not at all.
 /// Both are kept through power-off, unless --ram is given.
 ///
 /// With --sampled, a trajectory is sent as it was recorded, not smoothed: up to
@@ -43,7 +46,7 @@ pub struct Args {
     /// Folder of the robot that it is for [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
-    /// Keep it in RAM only: gone at the next reset
+    /// Keep it in RAM only, until the next reset
     #[arg(long)]
     ram: bool,
     /// Play a gait that leaves the joint limits, held at the limits
@@ -58,7 +61,7 @@ pub struct Args {
     /// Send the trajectory of the last run, or of the CSV that is named, as samples
     #[arg(long)]
     sampled: bool,
-    /// What the robot will call the samples, up to 16 characters [default: from the file]
+    /// Name on the robot, up to 16 characters [default: from the file]
     #[arg(long, requires = "sampled")]
     name: Option<String>,
     /// Run folder whose trajectory is sent [default: the last run's]
@@ -69,11 +72,9 @@ pub struct Args {
 }
 
 #[derive(Debug, Error)]
-enum BadFlag {
-    #[error("--amp is {value}; it must be within {} to {}", Amplitude::MIN.value(), Amplitude::MAX.value())]
-    Amplitude { value: f64 },
-    #[error("{flag} was given, but this uploads a gait, not a recording")]
-    NotSampled { flag: &'static str },
+#[error("{flag} was given, but this uploads a gait, not a recording")]
+struct NotSampled {
+    flag: &'static str,
 }
 
 #[derive(Debug, Error)]
@@ -85,9 +86,8 @@ struct Refused {
 
 pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
-    let amplitude = Amplitude::from_f64(args.amplitude)
-        .ok_or_else(|| failure(Cause::Usage, BadFlag::Amplitude { value: args.amplitude }))?;
-    let material = Material::of(&args)?;
+    let amplitude = amplitude_flag(args.amplitude)?;
+    let material = material(&args)?;
     let clipped_share = clipped_share(&args, &material, amplitude)?;
     if args.dry_run {
         return rehearse(&args, &material, amplitude, clipped_share);
@@ -108,17 +108,15 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let uploaded = outcome.map_err(failed)?;
 
     if args.json {
-        let mut result = to_json(&material, clipped_share);
-        let more = json!({
-            "port": link.name(),
-            "gait_crc32": format!("{:08x}", uploaded.gait.crc32),
-            "amplitude": as_typed(uploaded.gait.amplitude),
-            "saved": uploaded.storage == Storage::Saved,
-            "transfer_s": uploaded.transfer.as_secs_f64(),
-            "total_s": uploaded.total.as_secs_f64(),
+        output::print_json(&UploadResult {
+            gait: gait_result(&material, clipped_share),
+            port: link.name().to_owned(),
+            gait_crc32: format!("{:08x}", uploaded.gait.crc32),
+            amplitude: as_typed(uploaded.gait.amplitude),
+            saved: uploaded.storage == Storage::Saved,
+            transfer_s: uploaded.transfer.as_secs_f64(),
+            total_s: uploaded.total.as_secs_f64(),
         });
-        merge(&mut result, more);
-        println!("{result:#}");
     } else {
         print_words(&uploaded, &material, clipped_share);
         if uploaded.storage == Storage::Saved {
@@ -126,6 +124,20 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Reads what the flags name.
+fn material(args: &Args) -> Result<Material, Failure> {
+    if args.sampled {
+        return Material::sampled(&args.recording, args.name.as_deref(), args.robot.as_deref());
+    }
+    if let Some(flag) = args.recording.given() {
+        let help = "add --sampled to play the recording as it is; or fit it first: host fit";
+        return Err(failure_with_help(Cause::Usage, NotSampled { flag }, help));
+    }
+    let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
+    let path = args.gait.clone().unwrap_or_else(default);
+    Material::load(path, RobotArg::folder(args.robot.as_deref()))
 }
 
 /// Everything but the upload.
@@ -144,10 +156,8 @@ fn rehearse(
         eprintln!("warning: {warning}");
     }
     if args.json {
-        let mut result = to_json(material, clipped_share);
-        merge(&mut result, json!({ "dry_run": true, "amplitude": args.amplitude, "warnings": warnings }));
-        merge(&mut result, check.to_json());
-        println!("{result:#}");
+        let gait = gait_result(material, clipped_share);
+        output::print_json(&check.result(gait, args.amplitude, warnings));
         return Ok(());
     }
     let (name, period_s) = (material.playable.encoded().name(), material.period_s());
@@ -159,30 +169,21 @@ fn rehearse(
     Ok(())
 }
 
-fn to_json(material: &Material, clipped_share: f64) -> Value {
-    let sampled = material.sampled.as_ref().map(|sampled| {
-        json!({
-            "rows": sampled.table.rows.as_slice().len(),
-            "recorded_rows": sampled.recorded_rows,
-            "step_deg": sampled.step_deg,
-            "worst_deg": sampled.worst_deg,
-        })
+fn gait_result(material: &Material, clipped_share: f64) -> GaitResult {
+    let sampled = material.sampled.as_ref().map(|sampled| SampledResult {
+        rows: sampled.table.rows.as_slice().len(),
+        recorded_rows: sampled.recorded_rows,
+        step_deg: sampled.step_deg,
+        worst_deg: sampled.worst_deg,
     });
-    json!({
-        "gait": path_text(&material.path),
-        "gait_name": material.playable.encoded().name().as_str(),
-        "gait_sha256": gait_sha256(&material.bytes),
-        "gait_source": material.source,
-        "period_s": material.period_s(),
-        "clipped_share": clipped_share,
-        "sampled": sampled,
-    })
-}
-
-/// Adds the fields of one object to another.
-fn merge(object: &mut Value, more: Value) {
-    if let (Value::Object(fields), Value::Object(more)) = (object, more) {
-        fields.extend(more);
+    GaitResult {
+        gait: path_text(&material.path),
+        gait_name: material.playable.encoded().name().as_str().to_owned(),
+        gait_sha256: gait_sha256(&material.bytes),
+        gait_source: material.source.to_owned(),
+        period_s: material.period_s(),
+        clipped_share,
+        sampled,
     }
 }
 
@@ -267,7 +268,7 @@ fn failed(error: UploadError) -> Failure {
             Cause::Robot,
             error,
             "the gait is active until the next reset; the one saved before is intact. Repeat the upload; \
-             if it fails again, the EEPROM is worn out: --ram does without it",
+             if it fails again, the EEPROM is worn out: --ram does not use it",
         ),
     }
 }

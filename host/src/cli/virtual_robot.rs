@@ -1,4 +1,6 @@
 //! The virtual robot's program, for as long as a trial takes.
+//!
+//! Does not depend on what walks on it.
 
 use super::steps::StepError;
 use crate::run_folder;

@@ -1,20 +1,20 @@
-//! `host walk`: let the robot walk, with this program or without.
+//! `host walk`: lets the robot walk, with this program or without.
 //!
-//! Owns the flags, the changes that can be typed meanwhile ([`lines`]) and the
-//! words at the end; the walk is [`crate::device::trial`]'s.
+//! Holds the flags and the report; [`lines`] takes the changes that can be typed
+//! meanwhile. Does not depend on how the robot is kept walking ([`crate::device::trial`]).
 
 mod lines;
 
 use super::explain::failure;
+use super::ranges::{self, BadNumber};
 use super::reach::{self, Port, interruptible, unreachable_robot};
-use super::set::{BadNumber, amplitude as amplitude_of, speed as speed_of};
 use super::{Cause, Failure};
 use crate::device::link::ports::SerialLink;
 use crate::device::link::{LinkError, words};
 use crate::device::trial::{self, Order, Trial, TrialStop};
 use crate::gait::gait_file::limits::as_typed;
 use crate::gait::gait_player::Playable;
-use lines::{Lines, Onlooker};
+use lines::{Lines, WalkConsole};
 use protocol::command::{ActiveGait, Record};
 use protocol::{Amplitude, Command, FRAME_RATE_HZ, Refusal, Speed, WalkEnd};
 use serde_json::json;
@@ -23,11 +23,11 @@ use thiserror::Error;
 /// Shortest and longest walk that can be asked for.
 const FOR_RANGE_S: (f64, f64) = (0.1, 86_400.0);
 
-/// Let the robot walk, attached or by itself, and say what it cost.
+/// Let the robot walk, attached or by itself, and print its energy.
 ///
-/// Attached, as is the default, the robot depends on this program: Ctrl-C stops
-/// it, and so does a cable that comes off, within a second. Meanwhile type
-/// `amp 1.8`, `speed 0.5`, `pause`, `resume` or `stop`, and Enter.
+/// Attached, which is the default, the robot depends on this program: Ctrl-C stops
+/// it, and an unplugged cable does within a second. Meanwhile type `amp 1.8`,
+/// `speed 0.5`, `pause`, `resume` or `stop`, and Enter.
 ///
 /// With --detached it walks on by itself, until its time is over or it is
 /// stopped: `host stop`, its button, or a fault.
@@ -54,7 +54,7 @@ pub struct Args {
     /// Walk even if joints are held at their limits at this amplitude
     #[arg(long)]
     clip: bool,
-    /// Take changes from standard input although it is no terminal
+    /// Take changes from standard input even if it is not a terminal
     #[arg(long, conflicts_with = "detached")]
     stdin: bool,
     #[command(flatten)]
@@ -98,8 +98,8 @@ fn check_flags(args: &Args) -> Result<Option<u32>, WalkError> {
     if let Some(value) = args.seconds.filter(|s| !(FOR_RANGE_S.0..=FOR_RANGE_S.1).contains(s)) {
         return Err(WalkError::Seconds { value });
     }
-    args.amplitude.map(amplitude_of).transpose()?;
-    args.speed.map(speed_of).transpose()?;
+    args.amplitude.map(ranges::amplitude).transpose()?;
+    args.speed.map(ranges::speed).transpose()?;
     Ok(args.seconds.map(|seconds| (seconds * f64::from(FRAME_RATE_HZ)).round() as u32))
 }
 
@@ -159,19 +159,19 @@ fn detached(link: &mut SerialLink, args: &Args, plan: &Plan) -> Result<(), Failu
 
 fn attached(link: &mut SerialLink, args: &Args, plan: &Plan) -> Result<(), Failure> {
     let stop = interruptible()?;
-    let mut onlooker =
-        Onlooker::new(plan.order.frames, args.json, Lines::open(args.stdin), plan.kept_within.clone());
-    let trial = trial::walk(link, &plan.order, &stop, &mut onlooker);
-    onlooker.finish();
+    let mut console =
+        WalkConsole::new(plan.order.frames, args.json, Lines::open(args.stdin), plan.kept_within.clone());
+    let trial = trial::walk(link, &plan.order, &stop, &mut console);
+    console.finish();
     let mut trial = trial.map_err(unreachable_robot)?;
     let stopped = trial.stop.take().filter(|stop| {
         // It was typed: the walk ended as it was meant to.
-        !(matches!(stop, TrialStop::Ended { end: WalkEnd::Asked, .. }) && onlooker.stop_was_typed())
+        !(matches!(stop, TrialStop::Ended { end: WalkEnd::Asked, .. }) && console.stop_was_typed())
     });
-    let end = if onlooker.stop_was_typed() { WalkEnd::Asked } else { WalkEnd::Finished };
+    let end = if console.stop_was_typed() { WalkEnd::Asked } else { WalkEnd::Finished };
     let ended = stopped.as_ref().map_or(words::walk_end(end).to_owned(), ToString::to_string);
     if args.json {
-        print_json(&trial, plan, &onlooker, stopped.as_ref());
+        print_json(&trial, plan, &console, stopped.as_ref());
     } else {
         print_words(&trial, plan, &ended);
     }
@@ -199,18 +199,18 @@ fn print_words(trial: &Trial, plan: &Plan, ended: &str) {
         println!("a joint was held at its limit in {} frames", last.clipped_frames);
     }
     if last.missed_samples > 0 {
-        println!("{} power samples failed; the one before stood in for each", last.missed_samples);
+        println!("{} power samples failed; the preceding one was used instead", last.missed_samples);
     }
 }
 
-fn print_json(trial: &Trial, plan: &Plan, onlooker: &Onlooker, stopped: Option<&TrialStop>) {
+fn print_json(trial: &Trial, plan: &Plan, console: &WalkConsole, stopped: Option<&TrialStop>) {
     let last = trial.last();
     let result = json!({
         "detached": false,
         "dry_run": plan.order.dry_run,
         "gait_name": plan.gait.name.as_str(),
-        "amplitude": as_typed(onlooker.amplitude().unwrap_or(plan.amplitude)),
-        "speed": onlooker.speed().unwrap_or(plan.order.speed).value(),
+        "amplitude": as_typed(console.amplitude().unwrap_or(plan.amplitude)),
+        "speed": console.speed().unwrap_or(plan.order.speed).value(),
         "stopped": stopped.map(ToString::to_string),
         "frames_played": trial.frames(),
         "duration_s": trial.duration_s(),

@@ -1,7 +1,7 @@
-//! A calibration onto a robot, and back.
+//! Reads a robot's calibration, and sends another one.
 //!
-//! Owns the order of the commands; until the commit the robot keeps the
-//! calibration it had. Refuses to call sent what does not read back.
+//! Holds the order of the commands: until the commit the robot keeps the calibration
+//! it had, and what does not read back is an error. Does not depend on calibration files.
 
 use crate::device::link::{Link, LinkError};
 use crate::device::upload;
@@ -11,25 +11,21 @@ use protocol::{Calibration, Command};
 use std::io::{Read, Write};
 use thiserror::Error;
 
-/// Why a calibration did not arrive.
+/// Why a calibration was not transferred.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum TransferError {
     /// The link broke, or the robot refused.
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The robot read back something else.
     #[error("the robot's calibration differs from the one that was sent, at byte {at} of {CALIBRATION_LEN}")]
-    Differs {
-        /// First difference.
-        at: usize,
-    },
-    /// What it has is no calibration.
-    #[error("the robot's own calibration is damaged: {len} bytes that make no sense")]
-    Damaged {
-        /// How many there are.
-        len: usize,
-    },
-    /// It is in use, but gone at the next reset.
+    Differs { at: usize },
+    /// The robot's bytes are not a calibration.
+    #[error("the robot's own calibration is damaged: its {len} bytes are not a calibration")]
+    Damaged { len: usize },
+    /// It is in use, but lost at the next reset.
     #[error("the robot could not save the calibration: its EEPROM did not read back what was written")]
     NotSaved,
 }
@@ -55,7 +51,7 @@ pub fn send<P: Read + Write>(link: &mut Link<P>, record: &Calibration) -> Result
         let same = read_back.iter().zip(record.bytes()).take_while(|(a, b)| a == b);
         return Err(TransferError::Differs { at: same.count() });
     }
-    // The robot answers this when its EEPROM is at rest: what became of the save is then known.
+    // The robot answers this when its EEPROM is at rest: the save has then succeeded or failed.
     link.read(Record::LastTrial)?;
     match link.status()?.calibration {
         CalibrationSource::Stored => Ok(()),

@@ -1,17 +1,19 @@
 //! Speaks [`protocol`] with a robot over anything that reads and writes bytes.
 //!
-//! Owns the session: the hello, sequence numbers, repeats of what was lost,
-//! and the sorting of answers from telemetry and events that arrive between
-//! them. [`ports`] finds and opens the port. Refuses another protocol version,
-//! and never mistakes a robot that was reset for the one it was talking to.
+//! Holds the hello, sequence numbers, repeats of what was lost, and the sorting of
+//! replies from telemetry and events that arrive between them. [`ports`] finds and
+//! opens the port. Another protocol version is an error, and so is a robot that was
+//! reset in mid-session. Does not depend on what the commands are for.
+//!
+//! Beyond 300 lines: one state machine, whose parts share its queues.
 
 mod error;
-mod patience;
 pub mod ports;
+mod timeouts;
 pub mod words;
 
 pub use error::LinkError;
-pub use patience::Patience;
+pub use timeouts::Timeouts;
 
 use protocol::command::Record;
 use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request, STOP_BYTE};
@@ -20,16 +22,16 @@ use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Instant, SystemTime};
 
-/// Something the robot said unasked, and when it arrived.
+/// Telemetry or an event, which the robot sends unasked, and when it arrived.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heard {
+pub struct Incoming {
     /// When its last byte had been read.
     pub at: SystemTime,
-    /// Telemetry or an event.
+    /// Never a reply.
     pub message: Message,
 }
 
-/// Telemetry that nobody fetches is kept for about a minute.
+/// About a minute of telemetry is kept until it is fetched.
 const UNASKED_CAPACITY: usize = 4096;
 
 /// A session with a robot.
@@ -37,7 +39,7 @@ const UNASKED_CAPACITY: usize = 4096;
 pub struct Link<P> {
     port: P,
     name: String,
-    patience: Patience,
+    timeouts: Timeouts,
     decoder: Decoder,
     seq: u8,
     hello: Option<HelloReply>,
@@ -45,7 +47,7 @@ pub struct Link<P> {
     bytes_heard: u64,
     bad_frames: u64,
     replies: VecDeque<(u8, Reply)>,
-    unasked: VecDeque<Heard>,
+    unasked: VecDeque<Incoming>,
 }
 
 impl<P: Read + Write> Link<P> {
@@ -55,14 +57,14 @@ impl<P: Read + Write> Link<P> {
     ///
     /// # Errors
     /// [`LinkError::NoAnswer`], [`LinkError::ProtocolVersion`], or a broken port.
-    pub fn connect(port: P, name: &str, patience: Patience) -> Result<Self, LinkError> {
+    pub fn connect(port: P, name: &str, timeouts: Timeouts) -> Result<Self, LinkError> {
         let mut link = Self {
             port,
             name: name.into(),
-            patience,
+            timeouts,
             decoder: Decoder::new(),
             // A robot that was not reset may remember the last number of the
-            // last session; nobody else knows what it was.
+            // session before, which is unknown here.
             seq: SystemTime::UNIX_EPOCH.elapsed().map_or(0, |age| age.subsec_micros() as u8),
             hello: None,
             started: false,
@@ -72,13 +74,13 @@ impl<P: Read + Write> Link<P> {
             unasked: VecDeque::new(),
         };
         let opened = Instant::now();
-        link.listen_for_start(opened + patience.settle)?;
-        let mut hello = link.greet(opened + patience.hello_for)?;
+        link.listen_for_start(opened + timeouts.settle)?;
+        let mut hello = link.greet(opened + timeouts.hello_for)?;
         if !link.started {
             // Who answered before any start was seen may yet be reset by the opening.
-            link.listen_for_start(Instant::now() + patience.settle)?;
+            link.listen_for_start(Instant::now() + timeouts.settle)?;
             if link.started {
-                hello = link.greet(opened + patience.hello_for)?;
+                hello = link.greet(opened + timeouts.hello_for)?;
             }
         }
         link.hello = Some(hello);
@@ -109,17 +111,17 @@ impl<P: Read + Write> Link<P> {
     /// busy with its EEPROM.
     ///
     /// # Errors
-    /// [`LinkError::Refused`] if the robot says no, [`LinkError::NoReply`] if it
-    /// says nothing, [`LinkError::Reset`] if it started anew meanwhile, or a
+    /// [`LinkError::Refused`] if the robot refuses, [`LinkError::NoReply`] if it
+    /// does not answer, [`LinkError::Reset`] if it restarted meanwhile, or a
     /// broken port.
     pub fn request(&mut self, command: Command) -> Result<Reply, LinkError> {
-        let deadline = Instant::now() + self.patience.busy_for;
+        let deadline = Instant::now() + self.timeouts.busy_for;
         loop {
             match self.request_once(command) {
                 Err(LinkError::Refused { refusal: Refusal::StorageBusy, .. })
                     if Instant::now() < deadline =>
                 {
-                    std::thread::sleep(self.patience.busy_every);
+                    std::thread::sleep(self.timeouts.busy_every);
                 }
                 outcome => return outcome,
             }
@@ -129,9 +131,9 @@ impl<P: Read + Write> Link<P> {
     fn request_once(&mut self, command: Command) -> Result<Reply, LinkError> {
         self.seq = self.seq.wrapping_add(1);
         let seq = self.seq;
-        for _ in 0..self.patience.attempts {
+        for _ in 0..self.timeouts.attempts {
             self.send(seq, command)?;
-            let deadline = Instant::now() + self.patience.reply;
+            let deadline = Instant::now() + self.timeouts.reply;
             while let Some((answered, reply)) = self.next_reply(deadline)? {
                 match reply {
                     _ if answered != seq => {}
@@ -145,7 +147,7 @@ impl<P: Read + Write> Link<P> {
         Err(LinkError::NoReply {
             port: self.name.clone(),
             command: words::command(&command),
-            attempts: self.patience.attempts,
+            attempts: self.timeouts.attempts,
         })
     }
 
@@ -190,7 +192,7 @@ impl<P: Read + Write> Link<P> {
         Ok(bytes)
     }
 
-    /// Sends the byte that stops a robot in the middle of whatever it hears.
+    /// Sends the byte that stops a robot, even in the middle of a frame.
     ///
     /// # Errors
     /// A broken port; the robot does not answer.
@@ -201,11 +203,11 @@ impl<P: Read + Write> Link<P> {
     /// The next telemetry or event, or `None` at the deadline.
     ///
     /// # Errors
-    /// [`LinkError::Reset`] if the robot started anew, or a broken port.
-    pub fn next_unasked(&mut self, deadline: Instant) -> Result<Option<Heard>, LinkError> {
+    /// [`LinkError::Reset`] if the robot restarted, or a broken port.
+    pub fn next_unasked(&mut self, deadline: Instant) -> Result<Option<Incoming>, LinkError> {
         loop {
-            if let Some(heard) = self.unasked.pop_front() {
-                return Ok(Some(heard));
+            if let Some(incoming) = self.unasked.pop_front() {
+                return Ok(Some(incoming));
             }
             if Instant::now() >= deadline {
                 return Ok(None);
@@ -223,7 +225,7 @@ impl<P: Read + Write> Link<P> {
             self.seq = self.seq.wrapping_add(1);
             sent = sent.saturating_add(1);
             self.send(self.seq, command)?;
-            let until = deadline.min(Instant::now() + self.patience.hello_every);
+            let until = deadline.min(Instant::now() + self.timeouts.hello_every);
             while let Some((answered, reply)) = self.next_reply(until)? {
                 match reply {
                     // An answer to any of these hellos will do.
@@ -238,7 +240,7 @@ impl<P: Read + Write> Link<P> {
         }
         Err(LinkError::NoAnswer {
             port: self.name.clone(),
-            waited_s: self.patience.hello_for.as_secs_f64(),
+            waited_s: self.timeouts.hello_for.as_secs_f64(),
             bytes_heard: self.bytes_heard,
         })
     }
@@ -309,7 +311,7 @@ impl<P: Read + Write> Link<P> {
                 if self.unasked.len() == UNASKED_CAPACITY {
                     self.unasked.pop_front();
                 }
-                self.unasked.push_back(Heard { at, message });
+                self.unasked.push_back(Incoming { at, message });
             }
         }
         Ok(())

@@ -1,38 +1,32 @@
-//! Sends setpoints to a robot that plays one a frame.
+//! Streams setpoints to a robot that plays one a frame.
 //!
-//! Owns the flow: the robot buffers a few poses, tells with every answer how
-//! many, and is never sent more than fit. A buffer that runs dry stops the
-//! robot, so this ends it before, with the last pose. Refuses to know where the
-//! poses come from.
+//! The robot buffers a few poses and says with every reply how many wait, and never
+//! gets more than fit. A buffer that runs dry stops the robot, so the order to stop
+//! comes first, with the last pose. Does not depend on where the poses come from.
 
-use crate::device::link::{Heard, Link, LinkError};
-use crate::device::trial::{Sample, Trial, TrialStop, Watcher};
+use crate::device::link::{Link, LinkError};
+use crate::device::session::{ENTRY_TIMEOUT, LAST_WORDS, Session, Watcher};
+use crate::device::trial::{Trial, TrialStop};
 use protocol::{
     Angle, Chunk, Command, Event, FRAME_RATE_HZ, JOINT_COUNT, Message, Refusal, Reply, STREAM_CAPACITY,
     State, WalkEnd,
 };
 use std::io::{Read, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, UNIX_EPOCH};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 /// Eight angles from neutral, in degrees, in [`protocol::Joint::ALL`] order.
 pub type PoseDeg = [f64; JOINT_COUNT];
 
-/// One pose a command keeps the buffer fullest; from this round trip on two are
-/// sent, for an adapter that holds every answer back for 16 ms, as FTDI's do,
-/// takes 60 commands a second at best.
+/// One pose a command keeps the buffer fullest. From this round trip on two are sent:
+/// an adapter that delays every answer by 16 ms, as FTDI's do, takes at best 60
+/// commands a second.
 const SLOW_ROUND_TRIP: Duration = Duration::from_millis(9);
 /// Share of a new round trip in the mean.
 const NEWEST: f64 = 0.25;
 /// Between two tries of what found the buffer full.
 const RETRY_EVERY: Duration = Duration::from_millis(4);
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / FRAME_RATE_HZ as u64);
-/// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
-const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
-/// A robot that hears nothing for a second stops.
-const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
-/// What the robot has to say about an end is said within this time.
-const LAST_WORDS: Duration = Duration::from_millis(500);
 
 /// Streams `poses` until there are no more, or `stop` is set.
 ///
@@ -46,22 +40,21 @@ pub fn stream<P: Read + Write>(
     stop: &AtomicBool,
     watcher: impl Watcher,
 ) -> Result<Trial, LinkError> {
-    // Telemetry of before tells of the trial before: none may be under way.
-    link.order(Command::StreamTelemetry { every_frames: 0 })?;
-    while link.next_unasked(Instant::now())?.is_some() {}
-    let capacity = usize::from(link.hello().map_or(STREAM_CAPACITY, |hello| hello.limits.stream_capacity));
-    link.order(Command::Stream)?;
-    let mut stream = Streaming { link, stop, watcher, samples: Vec::new(), capacity, sent: 0, asked: None };
+    let session = Session::open(link, stop, watcher)?;
+    let hello = session.link.hello();
+    let capacity = usize::from(hello.map_or(STREAM_CAPACITY, |hello| hello.limits.stream_capacity));
+    session.link.order(Command::Stream)?;
+    let mut stream = Streaming { session, capacity, sent: 0, asked: None };
     let outcome = stream.begin().and_then(|()| stream.send_all(poses)).and_then(|()| stream.drain());
-    stream.end(outcome.is_err());
-    Ok(Trial { samples: stream.samples, stop: outcome.err() })
+    let Streaming { mut session, .. } = stream;
+    if session.stop(outcome.is_err()) {
+        session.stop_telemetry();
+    }
+    Ok(Trial { samples: session.samples, stop: outcome.err() })
 }
 
 struct Streaming<'a, P, W> {
-    link: &'a mut Link<P>,
-    stop: &'a AtomicBool,
-    watcher: W,
-    samples: Vec<Sample>,
+    session: Session<'a, P, W>,
     capacity: usize,
     sent: u32,
     /// Poses in all, once that is known.
@@ -74,7 +67,7 @@ fn broken(source: LinkError) -> TrialStop {
 
 impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     fn begin(&mut self) -> Result<(), TrialStop> {
-        self.link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)
+        self.session.start_telemetry().map_err(broken)
     }
 
     fn send_all(&mut self, poses: impl Iterator<Item = PoseDeg>) -> Result<(), TrialStop> {
@@ -91,7 +84,7 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
                 return Ok(());
             }
             let sent_at = Instant::now();
-            match self.link.request(Command::Setpoints { data: chunk(&pending) }) {
+            match self.session.link.request(Command::Setpoints { data: chunk(&pending) }) {
                 Ok(Reply::Buffered(waiting)) => {
                     self.sent += pending.len() as u32;
                     pending.clear();
@@ -103,7 +96,7 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
                         return Ok(());
                     }
                     // One pose more than there is room for would be refused. The answer may be
-                    // late, what it tells was true soon after the question.
+                    // late, but what it says was true soon after the question.
                     let ahead = (usize::from(waiting) + batch).saturating_sub(self.capacity);
                     self.listen(sent_at + FRAME * ahead as u32)?;
                 }
@@ -127,10 +120,10 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     /// Waits until the last pose is being played.
     fn drain(&mut self) -> Result<(), TrialStop> {
         let deadline = Instant::now() + ENTRY_TIMEOUT;
-        let mut last_asked = Instant::now();
+        self.session.command_sent();
         while self.sent > 0 && !self.is_last_playing() {
             if Instant::now() >= deadline {
-                return Err(TrialStop::Stuck { frames: self.played(), asked: self.asked });
+                return Err(TrialStop::Stuck { frames: self.session.played(), asked: self.asked });
             }
             match self.hear(Instant::now() + FRAME) {
                 // All of it was there in time: so much for the last pose.
@@ -138,10 +131,7 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
                 outcome => outcome?,
             };
             // A robot that still goes to the first pose depends on its host.
-            if last_asked.elapsed() > HEARTBEAT_EVERY {
-                last_asked = Instant::now();
-                self.link.status().map_err(broken)?;
-            }
+            self.session.keep_alive().map_err(broken)?;
         }
         Ok(())
     }
@@ -149,70 +139,29 @@ impl<P: Read + Write, W: Watcher> Streaming<'_, P, W> {
     fn is_last_playing(&self) -> bool {
         // One pose is live and not counted yet, the next is staged: the last
         // one then plays on, and the order to stop comes before the buffer is dry.
-        self.samples.last().is_some_and(|sample| {
+        self.session.samples.last().is_some_and(|sample| {
             sample.telemetry.state != State::Entering && sample.telemetry.trial_frames + 2 >= self.sent
         })
     }
 
-    /// Ends the stream, and hears out what it came to.
-    fn end(&mut self, at_once: bool) {
-        if at_once {
-            let _ = self.link.send_stop_byte();
-        }
-        if self.link.order(Command::Stop).is_err() {
-            return;
-        }
-        let deadline = Instant::now() + LAST_WORDS;
-        // The first sample after the end does not count the last frame yet.
-        let mut rests = 0;
-        while rests < 2
-            && let Ok(Some(heard)) = self.link.next_unasked(deadline)
-        {
-            let is_over = matches!(&heard.message, Message::Telemetry(telemetry)
-                if !matches!(telemetry.state, State::Entering | State::Walking));
-            rests += u32::from(is_over);
-            self.keep(&heard);
-        }
-        let _ = self.link.order(Command::StreamTelemetry { every_frames: 0 });
-    }
-
-    fn played(&self) -> u32 {
-        self.samples.last().map_or(0, |sample| sample.telemetry.trial_frames)
-    }
-
-    fn keep(&mut self, heard: &Heard) {
-        if let Message::Telemetry(telemetry) = heard.message {
-            let unix_time_s = heard.at.duration_since(UNIX_EPOCH).map_or(0.0, |age| age.as_secs_f64());
-            self.samples.push(Sample { unix_time_s, telemetry });
-            self.watcher.progress(telemetry.state, telemetry.trial_frames);
-        }
-    }
-
-    /// Hears what there is until the deadline; an end is an error here.
+    /// Takes the messages that arrive until the deadline; an end is an error here.
     fn listen(&mut self, deadline: Instant) -> Result<(), TrialStop> {
         while self.hear(deadline)? {}
         Ok(())
     }
 
-    /// Hears one message; whether there was one before the deadline.
+    /// Takes one message; whether there was one before the deadline.
     fn hear(&mut self, deadline: Instant) -> Result<bool, TrialStop> {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.session.is_interrupted() {
             return Err(TrialStop::Interrupted);
         }
-        let Some(heard) = self.link.next_unasked(deadline).map_err(broken)? else { return Ok(false) };
-        self.keep(&heard);
-        match heard.message {
+        let Some(incoming) = self.session.next(deadline).map_err(broken)? else { return Ok(false) };
+        match incoming.message {
             Message::Event(Event::Fault(fault)) => Err(TrialStop::Fault { fault }),
-            Message::Event(Event::WalkEnded(end)) => Err(self.ended(end)),
+            Message::Event(Event::WalkEnded(end)) => {
+                Err(TrialStop::of(end, self.session.played(), self.asked))
+            }
             _ => Ok(true),
-        }
-    }
-
-    fn ended(&self, end: WalkEnd) -> TrialStop {
-        match end {
-            WalkEnd::Fault(fault) => TrialStop::Fault { fault },
-            WalkEnd::LinkLost => TrialStop::LinkLost,
-            end => TrialStop::Ended { end, frames: self.played(), asked: self.asked },
         }
     }
 }

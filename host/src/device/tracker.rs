@@ -1,8 +1,9 @@
-//! Where the robot was, as a tracker saw it.
+//! The robot's positions from a motion tracker, and the distance walked.
 //!
-//! Owns two formats: CSV with `time_s,x_m,y_m`, and the virtual robot's JSON
-//! lines with `unix_time_s`, `x_m`, `y_m`. Refuses to guess positions that were
-//! not seen: beyond the recording, or in a gap of more than half a second.
+//! Holds two formats: CSV with `time_s,x_m,y_m`, and the virtual robot's JSON lines
+//! with `unix_time_s`, `x_m`, `y_m`. Positions are never extrapolated beyond the
+//! recording or interpolated over a gap of more than half a second. Does not depend
+//! on how the robot was ordered to walk.
 
 use crate::run_folder::FileError;
 use serde::Deserialize;
@@ -11,7 +12,7 @@ use thiserror::Error;
 
 /// Positions farther apart than this are not joined by a straight line.
 const MAX_GAP_S: f64 = 0.5;
-/// Times above this, 2001 in Unix time, are no seconds since a trial's start.
+/// Times above this, 2001 in Unix time, are not seconds since a trial's start.
 const UNIX_FROM_S: f64 = 1e9;
 
 /// What the times of a track count from.
@@ -23,7 +24,7 @@ pub enum Epoch {
     TrialStart,
 }
 
-/// One sighting.
+/// One position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Point {
     time_s: f64,
@@ -33,7 +34,7 @@ struct Point {
     true_energy_j: Option<f64>,
 }
 
-/// Sightings in order of time.
+/// Positions in order of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     path: PathBuf,
@@ -45,16 +46,18 @@ pub struct Track {
 pub struct Walked {
     /// Net horizontal displacement.
     pub distance_m: f64,
-    /// The same along x and y, where somebody watched.
+    /// The same along x and y, from a tracker.
     pub displacement_m: Option<[f64; 2]>,
-    /// Farthest that a virtual robot leaned meanwhile.
+    /// Largest tilt of a virtual robot meanwhile.
     pub max_tilt_rad: Option<f64>,
-    /// What a virtual robot's battery really gave meanwhile.
+    /// Energy from a virtual robot's battery meanwhile, without sensor error.
     pub true_energy_j: Option<f64>,
 }
 
-/// Why a track was refused.
+/// Why a track cannot be used.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum TrackerError {
     /// The file cannot be read.
     #[error(transparent)]
@@ -62,72 +65,42 @@ pub enum TrackerError {
     /// The text is neither format.
     #[error("{path}, line {line}: {text:?} is neither {what}")]
     Row {
-        /// Which file.
         path: PathBuf,
-        /// Which line.
         line: usize,
-        /// What stands there.
+        /// Its first 60 characters.
         text: String,
-        /// What should.
+        /// The two things it could be.
         what: &'static str,
     },
     /// A column is not there.
     #[error("{path} has no column {column}; its columns are {columns}")]
     MissingColumn {
-        /// Which file.
         path: PathBuf,
-        /// Which column.
         column: &'static str,
-        /// What there is.
+        /// The columns that it has, by commas.
         columns: String,
     },
     /// Time runs backwards.
     #[error("{path}, line {line}: time goes back from {before_s} to {after_s}")]
-    Backwards {
-        /// Which file.
-        path: PathBuf,
-        /// Which line.
-        line: usize,
-        /// Earlier row.
-        before_s: f64,
-        /// Later row.
-        after_s: f64,
-    },
-    /// There is nothing in it.
+    Backwards { path: PathBuf, line: usize, before_s: f64, after_s: f64 },
+    /// The file holds no positions.
     #[error("{path} holds no positions")]
-    Empty {
-        /// Which file.
-        path: PathBuf,
-    },
+    Empty { path: PathBuf },
     /// The trial is not, or not wholly, in the recording.
     #[error(
         "{path} does not cover the trial: it has {first_s:.3} to {last_s:.3} s, the trial is {start_s:.3} to {end_s:.3} s \
          ({})", .epoch.words()
     )]
-    NotCovered {
-        /// Which file.
-        path: PathBuf,
-        /// First time in it.
-        first_s: f64,
-        /// Last time in it.
-        last_s: f64,
-        /// First gait frame.
-        start_s: f64,
-        /// End of the last gait frame.
-        end_s: f64,
-        /// What these times count from.
-        epoch: Epoch,
-    },
+    NotCovered { path: PathBuf, first_s: f64, last_s: f64, start_s: f64, end_s: f64, epoch: Epoch },
     /// The tracker lost the robot at an end of the trial.
     #[error(
         "{path} has no position from {from_s:.3} to {to_s:.3} s, and the trial has an end at {at_s:.3} s"
     )]
     Gap {
-        /// Which file.
         path: PathBuf,
-        /// Last sighting before.
+        /// Time of the last position before.
         from_s: f64,
-        /// First sighting after.
+        /// Time of the first position after.
         to_s: f64,
         /// The end of the trial that lies between.
         at_s: f64,
@@ -143,7 +116,7 @@ impl Epoch {
     }
 }
 
-/// A line of the virtual robot's; other fields are of no interest here.
+/// A line of the virtual robot's file; other fields are ignored.
 #[derive(Debug, Deserialize)]
 struct JsonPoint {
     unix_time_s: f64,
@@ -154,7 +127,7 @@ struct JsonPoint {
 }
 
 impl Track {
-    /// Reads either format, told apart by the first character.
+    /// Reads either format; JSON lines begin with `{`.
     ///
     /// # Errors
     /// [`TrackerError`] with file and line.
@@ -253,7 +226,7 @@ fn read_json(path: &Path, text: &str) -> Result<Vec<(usize, Point)>, TrackerErro
             Ok(JsonPoint { unix_time_s: time_s, x_m, y_m, tilt_rad, true_energy_j }) => {
                 points.push((i + 1, Point { time_s, x_m, y_m, tilt_rad, true_energy_j }));
             }
-            // A robot that still runs may be in the middle of its last line.
+            // The virtual robot may be writing its last line.
             Err(_) if is_last || line.trim().is_empty() => {}
             Err(_) => {
                 let what = "JSON with unix_time_s, x_m and y_m, nor an unfinished last line";

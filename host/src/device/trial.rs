@@ -1,42 +1,38 @@
-//! Walks one trial and keeps everything the robot said meanwhile.
+//! Walks one trial and keeps all telemetry of it.
 //!
-//! A trial is exactly the gait frames after the slow entry. Owns the wait for
-//! its end, the telemetry and the two clocks ([`clock`]), and keeps the robot
-//! walking, which without a host stops after a second; [`table`] keeps the
-//! results. Energy and frames come from the robot's own counters, so lost
-//! telemetry costs nothing. Refuses to call a trial whole that was not.
+//! A trial is exactly the gait frames after the slow entry. Energy and frames come
+//! from the robot's own counters, so lost telemetry costs nothing; [`clock`] places
+//! the trial on the host's clock, [`table`] writes the results. A trial that ended
+//! early says why ([`Trial::stop`]). Does not depend on what the results are for.
 
 pub mod clock;
 mod follow;
+pub mod measure_result;
 pub mod table;
 
-use crate::device::link::{Heard, Link, LinkError, words};
+use crate::device::link::{Link, LinkError, words};
+use crate::device::session::{ENTRY_TIMEOUT, Sample, Session, Watcher};
 use protocol::{
-    Amplitude, Command, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Message, Refusal, Speed, State, Telemetry,
-    WalkEnd,
+    Amplitude, Command, FRAME_RATE_HZ, Fault, LINK_TIMEOUT_FRAMES, Refusal, Speed, State, Telemetry, WalkEnd,
 };
 use std::io::{Read, Write};
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// The slow entry moves 90 degrees in a few seconds; a robot that takes longer hangs.
-const ENTRY_TIMEOUT: Duration = Duration::from_secs(30);
 /// An order to stop, or to leave a fault, is carried out within a frame or two.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
-/// How often the user's wish to stop is looked at.
+/// Between two looks at a robot that comes to rest.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// What a walk came to is known a frame or two after it was told to end.
-const LAST_WORDS: Duration = Duration::from_millis(500);
 
-/// What is asked of a walk.
+/// How a walk is ordered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
-    /// Gait frames; `None` walks until somebody stops it.
+    /// Gait frames; `None` walks until it is stopped.
     pub frames: Option<u32>,
     /// `None` walks with the stored amplitude.
     pub amplitude: Option<Amplitude>,
-    /// Of the gait's own.
+    /// As a share of the gait's own speed.
     pub speed: Speed,
     /// A rehearsal with limp servos.
     pub dry_run: bool,
@@ -50,62 +46,20 @@ impl Order {
     }
 }
 
-/// Who looks on while a robot walks, and may wish for something else meanwhile.
-pub trait Watcher {
-    /// A sample arrived.
-    fn progress(&mut self, state: State, played: u32);
-
-    /// The next change that is wished for.
-    fn wish(&mut self) -> Option<Command> {
-        None
-    }
-
-    /// What became of it.
-    fn granted(&mut self, _wish: Command, _refusal: Option<Refusal>) {}
-}
-
-impl<F: FnMut(State, u32)> Watcher for F {
-    fn progress(&mut self, state: State, played: u32) {
-        self(state, played);
-    }
-}
-
-/// One telemetry message and when it arrived.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Host clock.
-    pub unix_time_s: f64,
-    /// What the robot said.
-    pub telemetry: Telemetry,
-}
-
 /// Why a trial ended before its time.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum TrialStop {
     /// The robot stopped by itself and latched.
     #[error("the robot stopped by itself: {}", words::fault(*.fault))]
-    Fault {
-        /// Why.
-        fault: Fault,
-    },
+    Fault { fault: Fault },
     /// The robot ended the walk early, without a fault.
     #[error("the robot stopped after {}", words_of_frames(*.frames, *.asked))]
-    Early {
-        /// Gait frames played.
-        frames: u32,
-        /// Gait frames asked for.
-        asked: Option<u32>,
-    },
-    /// Somebody else ended the walk.
+    Early { frames: u32, asked: Option<u32> },
+    /// The walk was ended from outside: by the button, or another command.
     #[error("the robot stopped after {}: {}", words_of_frames(*.frames, *.asked), words::walk_end(*.end))]
-    Ended {
-        /// How.
-        end: WalkEnd,
-        /// Gait frames played.
-        frames: u32,
-        /// Gait frames asked for.
-        asked: Option<u32>,
-    },
+    Ended { end: WalkEnd, frames: u32, asked: Option<u32> },
     /// The robot heard no command for too long.
     #[error(
         "the robot heard nothing from this computer for {} s and stopped",
@@ -120,18 +74,25 @@ pub enum TrialStop {
     Stuck {
         /// Gait frames it reported last.
         frames: u32,
-        /// Gait frames asked for.
         asked: Option<u32>,
     },
-    /// The link broke, the robot was reset, or it fell silent.
+    /// The link broke, or the robot was reset or stopped answering.
     #[error("the trial was cut short")]
-    Link {
-        /// What happened.
-        source: LinkError,
-    },
+    Link { source: LinkError },
     /// The user stopped it.
-    #[error("the trial was interrupted, and the robot was told to stop")]
+    #[error("the trial was interrupted, and the robot was ordered to stop")]
     Interrupted,
+}
+
+impl TrialStop {
+    /// The robot's report of the end of a walk, after so many gait frames of those asked for.
+    pub(super) const fn of(end: WalkEnd, frames: u32, asked: Option<u32>) -> Self {
+        match end {
+            WalkEnd::LinkLost => Self::LinkLost,
+            WalkEnd::Fault(fault) => Self::Fault { fault },
+            end => Self::Ended { end, frames, asked },
+        }
+    }
 }
 
 fn words_of_frames(frames: u32, asked: Option<u32>) -> String {
@@ -141,12 +102,12 @@ fn words_of_frames(frames: u32, asked: Option<u32>) -> String {
     }
 }
 
-/// What was walked.
+/// The telemetry of a trial, and how it ended.
 #[derive(Debug)]
 pub struct Trial {
-    /// Everything the robot said, from the order to walk until the trial was over.
+    /// All telemetry, from the order to walk until the trial was over.
     pub samples: Vec<Sample>,
-    /// Why it is not whole, if it is not.
+    /// Why it ended early, if it did.
     pub stop: Option<TrialStop>,
 }
 
@@ -186,8 +147,8 @@ impl Trial {
     }
 }
 
-/// Brings the robot to rest, so that a walk can be asked for: ends one that
-/// still goes on.
+/// Brings the robot to rest, so that it accepts an order to walk: ends a walk
+/// that is still going on.
 ///
 /// # Errors
 /// [`LinkError`]; [`LinkError::Refused`] if a fault is latched, which only
@@ -205,7 +166,7 @@ pub fn prepare<P: Read + Write>(link: &mut Link<P>) -> Result<(), LinkError> {
             State::Booting | State::Stopping => {}
         }
         if Instant::now() >= deadline {
-            // What the robot thinks of it will say more than we could.
+            // The robot's refusal of the next command says why.
             return Ok(());
         }
         std::thread::sleep(LOOK_EVERY);
@@ -222,56 +183,28 @@ pub fn walk<P: Read + Write>(
     link: &mut Link<P>,
     order: &Order,
     stop: &AtomicBool,
-    mut watcher: impl Watcher,
+    watcher: impl Watcher,
 ) -> Result<Trial, LinkError> {
     let Order { frames, amplitude, speed, dry_run } = *order;
-    // Telemetry of before the walk tells of the trial before: none may be under way.
-    link.order(Command::StreamTelemetry { every_frames: 0 })?;
-    while link.next_unasked(Instant::now())?.is_some() {}
-    link.order(Command::Walk { amplitude, frames, detached: false, dry_run })?;
-    let mut trial = Trial { samples: Vec::new(), stop: None };
-    // A walk that has begun is told to stop, whatever fails from here on.
-    let begun = begin(link, speed).map_err(|source| TrialStop::Link { source });
-    trial.stop =
-        begun.and_then(|()| follow::follow(link, &mut trial.samples, frames, stop, &mut watcher)).err();
+    let mut session = Session::open(link, stop, watcher)?;
+    session.link.order(Command::Walk { amplitude, frames, detached: false, dry_run })?;
+    // A walk that has begun is ordered to stop, whatever fails from here on.
+    let begun = begin(&mut session, speed).map_err(|source| TrialStop::Link { source });
+    let stop = begun.and_then(|()| follow::follow(&mut session, frames)).err();
     if let Some(
         TrialStop::Interrupted | TrialStop::Entry | TrialStop::Stuck { .. } | TrialStop::Link { .. },
-    ) = trial.stop
+    ) = stop
     {
-        stop_now(link, &mut trial.samples);
+        session.stop(true);
     }
-    let _ = link.order(Command::StreamTelemetry { every_frames: 0 });
-    Ok(trial)
+    session.stop_telemetry();
+    Ok(Trial { samples: session.samples, stop })
 }
 
-fn begin<P: Read + Write>(link: &mut Link<P>, speed: Speed) -> Result<(), LinkError> {
+fn begin<P: Read + Write>(session: &mut Session<'_, P, impl Watcher>, speed: Speed) -> Result<(), LinkError> {
     // A new walk has the gait's own speed.
     if speed != Speed::ONE {
-        link.order(Command::SetSpeed(speed))?;
+        session.link.order(Command::SetSpeed(speed))?;
     }
-    link.order(Command::StreamTelemetry { every_frames: 1 })
-}
-
-/// Ends the walk by the stop byte, which needs no answer, and hears out what it came to.
-///
-/// A robot that cannot be reached any more stops by itself, for want of heartbeats.
-fn stop_now<P: Read + Write>(link: &mut Link<P>, samples: &mut Vec<Sample>) {
-    if link.send_stop_byte().and_then(|()| link.order(Command::Stop)).is_err() {
-        return;
-    }
-    let deadline = Instant::now() + LAST_WORDS;
-    // The first sample after the end does not count the last frame yet.
-    let mut rests = 0;
-    while rests < 2
-        && let Ok(Some(heard)) = link.next_unasked(deadline)
-    {
-        if let Message::Telemetry(telemetry) = heard.message {
-            samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
-            rests += u32::from(!matches!(telemetry.state, State::Entering | State::Walking));
-        }
-    }
-}
-
-fn unix_time_s(heard: &Heard) -> f64 {
-    heard.at.duration_since(UNIX_EPOCH).map_or(0.0, |age| age.as_secs_f64())
+    session.start_telemetry()
 }

@@ -1,8 +1,10 @@
-//! Brings a gait onto the robot: transfer, verify, persist.
+//! Uploads a gait: transfer, activate, verify, save.
 //!
-//! Owns the order of the commands and what each failure leaves behind: until
-//! the commit the robot keeps the gait it had. Refuses gaits and amplitudes
-//! beyond the robot's own limits before anything is sent.
+//! Holds the order of the commands and what each failure leaves on the robot: until
+//! the commit it keeps the gait it had. Gaits and amplitudes beyond the robot's own
+//! limits are an error before anything is sent. Does not depend on gait files.
+
+pub mod upload_result;
 
 use crate::device::link::{Link, LinkError};
 use protocol::command::{ActiveGait, MAX_CHUNK_LEN, Record, Storage};
@@ -14,12 +16,12 @@ use thiserror::Error;
 /// EEPROM takes 3.4 ms a byte, so a table and its header about a second.
 const SAVE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// How far an upload has come.
+/// The steps of an upload, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// Pieces are on their way; the robot has its old gait.
+    /// Pieces are being sent; the robot has its old gait.
     Transfer,
-    /// The robot decides.
+    /// The robot checks the table, and takes it whole or not at all.
     Commit,
     /// The new gait is active and is being compared.
     Verify,
@@ -45,39 +47,32 @@ impl Stage {
 
 /// Why an upload failed.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum UploadError {
     /// The robot has no room for it.
     #[error("the gait has {len} bytes; this robot takes at most {max}")]
     TooLong {
-        /// Bytes of the table.
         len: usize,
-        /// What the robot said in its hello.
+        /// From the robot's hello.
         max: u16,
     },
     /// The robot does not play that amplitude.
     #[error("amplitude {asked} is outside this robot's {min} to {max}")]
     Amplitude {
-        /// What was asked.
+        /// On the command line.
         asked: f64,
-        /// What the robot said in its hello.
+        /// From the robot's hello.
         min: f64,
-        /// What the robot said in its hello.
+        /// From the robot's hello.
         max: f64,
     },
     /// The link broke, or the robot refused.
     #[error("the upload failed: {}", .stage.leaves())]
-    Link {
-        /// How far it had come.
-        stage: Stage,
-        /// What happened.
-        source: LinkError,
-    },
+    Link { stage: Stage, source: LinkError },
     /// The robot read back something else.
     #[error("the robot's gait differs from the uploaded one at byte {at}: {}", Stage::Verify.leaves())]
-    Differs {
-        /// First difference.
-        at: usize,
-    },
+    Differs { at: usize },
     /// The EEPROM did not take it.
     #[error("the robot could not save the gait: its EEPROM did not read back what was written")]
     NotSaved,
@@ -119,7 +114,7 @@ pub fn upload<P: Read + Write>(
     progress(Stage::Commit, table.len());
     link.order(Command::UploadCommit { amplitude, persist }).map_err(|source| {
         // A refused commit has changed nothing.
-        let stage = if source.is_robots_word() { Stage::Transfer } else { Stage::Commit };
+        let stage = if source.is_from_robot() { Stage::Transfer } else { Stage::Commit };
         UploadError::Link { stage, source }
     })?;
 

@@ -1,11 +1,12 @@
-//! What a method costs at a speed, between the amplifications that were walked.
+//! Cost and power of a method at a speed between the amplifications that were walked.
 //!
-//! Owns the interpolation: straight lines between neighbouring amplifications,
-//! and where a gait passes a speed twice, the cheaper time. Refuses to
-//! extrapolate.
+//! Holds the interpolation: straight lines between neighbouring amplifications;
+//! where a gait passes a speed twice, the lower cost counts; nothing is
+//! extrapolated. Does not depend on what is done with the values.
 
 use super::method::Method;
 use super::summary::{Condition, Mean};
+use crate::robot::LegScale;
 
 /// A quantity of a condition.
 pub type Of = fn(&Condition) -> Option<Mean>;
@@ -18,7 +19,7 @@ pub const POWER_W: Of = |condition| condition.power_w;
 /// Speed and quantity of each amplification that was walked, in their order; not of those of which
 /// half the trials or more do not count.
 #[must_use]
-pub fn points(conditions: &[Condition], method: Method, leg: f64, of: Of) -> Vec<(f64, f64)> {
+pub fn points(conditions: &[Condition], method: Method, leg: LegScale, of: Of) -> Vec<(f64, f64)> {
     let own = conditions.iter().filter(|c| c.method == method && c.leg == leg);
     own.filter(|c| c.mostly_counts()).filter_map(|c| Some((c.speed_m_s?.mean, of(c)?.mean))).collect()
 }

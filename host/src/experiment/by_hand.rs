@@ -3,6 +3,7 @@
 use super::method::Method;
 use super::study::{LegStudy, Study, Venue};
 use super::summary::{self, Condition, Mean};
+use crate::robot::LegScale;
 
 /// A mean, give or take so much.
 pub fn mean(mean: f64, half: f64) -> Option<Mean> {
@@ -10,7 +11,7 @@ pub fn mean(mean: f64, half: f64) -> Option<Mean> {
 }
 
 /// A condition of three trials without figures.
-pub fn condition(method: Method, leg: f64, amplification: f64) -> Condition {
+pub fn condition(method: Method, leg: LegScale, amplification: f64) -> Condition {
     Condition {
         method,
         leg,
@@ -28,8 +29,8 @@ pub fn condition(method: Method, leg: f64, amplification: f64) -> Condition {
 }
 
 /// A study of such conditions, with nothing else in it.
-pub fn study(legs: &[f64], conditions: Vec<Condition>) -> Study {
-    let of_leg = |&leg: &f64| LegStudy { leg, gaits: Vec::new(), learning: None, stride: None };
+pub fn study(legs: &[LegScale], conditions: Vec<Condition>) -> Study {
+    let of_leg = |&leg: &LegScale| LegStudy { leg, gaits: Vec::new(), learning: None, stride: None };
     Study {
         venue: Venue::Twin,
         legs: legs.iter().map(of_leg).collect(),
@@ -40,7 +41,7 @@ pub fn study(legs: &[f64], conditions: Vec<Condition>) -> Study {
         parameters: Vec::new(),
         descriptions: Vec::new(),
         skipped: Vec::new(),
-        books: Vec::new(),
+        energy: Vec::new(),
         prepare_wall_s: 0.0,
         wall_s: 125.0,
     }

@@ -1,25 +1,27 @@
-//! The claims of the paper's section 3, held to the conditions at hand.
+//! The claims of the paper's section 3, tested on the conditions of a study.
 //!
-//! Owns what each claim means in numbers. A claim of order ("lower than both")
-//! holds if the means are in that order; by how much, and whether the intervals
-//! touch, stands in its evidence beside the paper's number. Refuses a verdict
-//! where a condition that it needs was not run.
+//! Holds what each claim means in numbers. A claim of order ("lower than both")
+//! holds if the means are in that order; its evidence says by how much, and
+//! whether the intervals overlap. There is no verdict where a condition that it
+//! needs was not run. Does not depend on where trials were walked.
 
 mod amplifications;
 mod best;
 mod same_speed;
 
+use super::comparison::Comparison;
 use super::method::Method;
-use super::paper;
 use super::study::{Claim, LegStudy};
 use super::summary::{Best, Condition, Mean};
+use crate::paper;
+use crate::robot::LegScale;
 
-const LONG: f64 = paper::LEGS[0];
-const SHORT: f64 = paper::LEGS[1];
+const LONG: LegScale = LegScale::LONG;
+const SHORT: LegScale = LegScale::SHORT;
 /// From this amplification on, the paper's "mid to high".
 const MID: f64 = 1.6;
 
-/// The conditions and what was made of them.
+/// What claims are tested on.
 struct Held<'a> {
     conditions: &'a [Condition],
     best: &'a [Best],
@@ -54,7 +56,7 @@ pub fn judge(conditions: &[Condition], best: &[Best], legs: &[LegStudy]) -> Vec<
 }
 
 impl Held<'_> {
-    fn at(&self, method: Method, leg: f64, amplification: f64) -> Option<Mean> {
+    fn at(&self, method: Method, leg: LegScale, amplification: f64) -> Option<Mean> {
         let is = |c: &&Condition| {
             c.method == method && c.leg == leg && (c.amplification - amplification).abs() < 1e-9
         };
@@ -63,7 +65,7 @@ impl Held<'_> {
 
     /// Whether a method was walked at half of the paper's amplifications or more: of fewer, the best
     /// is not the method's best.
-    fn was_swept(&self, method: Method, leg: f64) -> bool {
+    fn was_swept(&self, method: Method, leg: LegScale) -> bool {
         let own = self.conditions.iter().filter(|c| c.method == method && c.leg == leg);
         2 * own.filter(|c| c.speed_m_s.is_some()).count() >= paper::AMPLIFICATIONS.len()
     }
@@ -75,7 +77,7 @@ impl Held<'_> {
         };
         let evidence = format!(
             "PSTO {}: {}, {}",
-            shown(psto, 3),
+            psto.text(3),
             against(psto, "original", original),
             against(psto, "sinusoid", sinusoid)
         );
@@ -87,24 +89,16 @@ fn not_judged(text: String) -> Claim {
     Claim { text, holds: None, evidence: "what it needs was not run, or too little of it".into() }
 }
 
-fn shown(mean: Mean, digits: usize) -> String {
-    match mean.ci95 {
-        Some(ci95) => format!("{:.digits$} \u{b1} {ci95:.digits$}", mean.mean),
-        None => format!("{:.digits$}", mean.mean),
-    }
-}
-
 /// How far a value lies from a rival's, and whether that is more than chance.
 fn against(own: Mean, name: &str, rival: Mean) -> String {
-    let percent = 100.0 * (own.mean / rival.mean - 1.0);
-    let way = if percent < 0.0 { "less" } else { "more" };
-    let halves = own.ci95.zip(rival.ci95).map(|(own, rival)| own + rival);
-    let touching = match halves {
+    let comparison = Comparison::of(own, rival);
+    let way = if comparison.is_lower() { "less" } else { "more" };
+    let touching = match comparison.is_apart() {
         None => " (from one trial: no interval)",
-        Some(halves) if (own.mean - rival.mean).abs() > halves => "",
-        Some(_) => " (their intervals touch)",
+        Some(true) => "",
+        Some(false) => " (their intervals overlap)",
     };
-    format!("{:.0} % {way} than {name}'s {}{touching}", percent.abs(), shown(rival, 3))
+    format!("{:.0} % {way} than {name}'s {}{touching}", comparison.percent(), rival.text(3))
 }
 
 fn listed(amplifications: &[f64]) -> String {

@@ -1,20 +1,20 @@
 //! The paper's Figures 3 to 8 and its Table 2, from a study.
 //!
-//! Owns which there are, their captions and files, and one colour for each
-//! method. A figure is made of what there is; where nothing is there, it says
-//! why. Computes no result of its own but trends and the powers of Figure 5.
+//! Holds which figures there are, their captions and files. A figure is made of
+//! what was walked; where there is nothing to draw, it says why. Computes no
+//! result of its own but trends and the powers of Figure 5.
 
 pub mod best;
 pub mod points;
 pub mod power;
 pub mod sweeps;
 
-use super::method::Method;
-use super::paper;
 use super::study::{LegStudy, Study};
 use crate::learn::curves::{self, Band, RunCurves, TooManyRuns};
 use crate::learn::record;
-use crate::plot::{self, Colour, Figure, PALETTE, PlotError};
+use crate::paper;
+use crate::plot::{self, Figure, PlotError};
+use crate::robot::LegScale;
 use crate::run_folder::{self, FileError};
 use points::Quantity;
 use std::path::Path;
@@ -24,10 +24,6 @@ use thiserror::Error;
 const WIDTH_PX: u32 = 640;
 /// Pixels of a PNG for one of the drawing.
 pub const PNG_SCALE: f32 = 2.0;
-/// Beyond the palette: black is what was measured.
-const BROWN: Colour = Colour(121, 85, 72);
-/// One method that has no name for its colour.
-const GREY: Colour = Colour(130, 130, 130);
 
 /// Why a figure is not there.
 #[derive(Debug, Error)]
@@ -84,27 +80,12 @@ pub enum WriteError {
     File(#[from] FileError),
 }
 
-/// The colour of a method, the same in every figure; black is the authors'.
-#[must_use]
-pub const fn colour(method: Method) -> Colour {
-    match method {
-        Method::Psto => PALETTE[0],
-        Method::Sinusoid => PALETTE[1],
-        Method::Original => PALETTE[2],
-        Method::Ours => PALETTE[3],
-        Method::AuthorsPsto => PALETTE[4],
-        Method::Searched => PALETTE[5],
-        Method::Yours => BROWN,
-        Method::AuthorsOriginal => GREY,
-    }
-}
-
 /// Legs as the paper names them.
 #[must_use]
-pub fn leg_text(leg: f64) -> String {
+pub fn leg_text(leg: LegScale) -> String {
     // Tenths of a centimetre, and no `.0`.
-    let cm = (leg * 230.0).round() / 10.0;
-    format!("{leg} L ({cm} cm)")
+    let cm = (leg.value() * 230.0).round() / 10.0;
+    format!("{leg} ({cm} cm)")
 }
 
 /// All figures in the paper's order.
@@ -173,7 +154,7 @@ fn stride(leg: &LegStudy) -> Drawn {
         },
     );
     Drawn {
-        name: format!("figure-4-{}L", leg.leg),
+        name: format!("figure-4-{}L", leg.leg.value()),
         heading: format!("Figure 4, {legs}"),
         caption: "The eight joints over one stride. Dots: the mean setpoint, which \u{201c}original\u{201d} \
                   plays; shaded: its standard deviation over strides and trials; dashed: the polynomial of \
@@ -195,7 +176,7 @@ fn power(study: &Study) -> Drawn {
         name: "figure-5".into(),
         heading: "Figure 5".into(),
         caption: format!(
-            "Power at the same speed on long legs: at {} m/s as in the paper, if anybody walks so slowly here, \
+            "Power at the same speed on long legs: at {} m/s as in the paper, if any method walks so slowly here, \
              and at the slowest speed that original, sinusoid and PSTO share. It lies on the straight line \
              between the two neighbouring amplifications whose mean speeds enclose that speed; its interval is \
              that of their powers alone. Methods that never walk so slowly, or so fast, have no point: nothing \

@@ -1,14 +1,15 @@
-//! What a study's folder remembers, so that it can go on in the middle.
+//! The files of a study from which an interrupted one is resumed.
 //!
-//! Owns `plan.json` (what decides every trial), `trials.csv` (every trial so
-//! far) and their agreement. Refuses to go on with another plan, trials of two
-//! plans make no study, and with trials that this plan cannot have had.
+//! Holds `plan.json` (what decides every trial), `study-trials.csv` (every trial
+//! so far) and their agreement. A study is not resumed with another plan, nor
+//! with trials that its plan cannot have had. Does not depend on how trials are
+//! walked.
 
 mod identity;
 
-pub use identity::{Identity, refuse_another};
+pub use identity::{Identity, refuse_another, sha256};
 
-use super::method::Method;
+use super::method::Origin;
 use super::trial::{Place, Trial, mark_reversed};
 use crate::run_folder::{self, FileError};
 use identity::{difference, plan_at};
@@ -18,6 +19,10 @@ use thiserror::Error;
 
 /// What decides every trial.
 pub const PLAN: &str = "plan.json";
+/// Every trial so far. `trials.csv` is another table, of `host measure`.
+pub const TRIALS: &str = "study-trials.csv";
+/// What earlier versions called it.
+const OLD_TRIALS: &str = "trials.csv";
 
 /// Why a study's folder cannot be used.
 #[derive(Debug, Error)]
@@ -25,23 +30,23 @@ pub enum LedgerError {
     /// The disk's reason.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Something else's plan.
-    #[error("{path} is no plan of a study")]
+    /// A plan that cannot be read.
+    #[error("{path} is not the plan of a study")]
     Plan {
         /// Which file.
         path: PathBuf,
         /// Where and why.
         source: serde_json::Error,
     },
-    /// A plan that differs.
+    /// The plan of another study.
     #[error("{path} is the plan of another study: its {what} differ")]
     Other {
         /// Which file.
         path: PathBuf,
-        /// In what.
+        /// What differs.
         what: &'static str,
     },
-    /// Trials of nobody knows what.
+    /// Trials without their plan.
     #[error("{path} has trials, but their plan, {PLAN}, is gone")]
     NoPlan {
         /// Which file.
@@ -57,14 +62,22 @@ pub enum LedgerError {
         /// Why not.
         reason: String,
     },
-    /// Another program goes on with it.
+    /// Another program has it open.
     #[error("{path} is in use by another call of this command")]
     Busy {
         /// Its plan.
         path: PathBuf,
     },
-    /// A table that was edited.
-    #[error("{path} is no table of trials")]
+    /// The table of an earlier version.
+    #[error(
+        "{path} has the trials of this study, under the name that an earlier version gave it; it is {TRIALS} now"
+    )]
+    OldName {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A table that cannot be read.
+    #[error("{path} is not a table of a study's trials")]
     Trials {
         /// Which file.
         path: PathBuf,
@@ -89,7 +102,7 @@ impl Ledger {
     /// [`LedgerError`] if it holds another study, or a file of it is damaged.
     pub fn open(folder: &Path, identity: &Identity) -> Result<Self, LedgerError> {
         let plan = folder.join(PLAN);
-        let path = folder.join(run_folder::TRIALS);
+        let path = folder.join(TRIALS);
         match plan_at(&plan)? {
             Some(found) => {
                 if let Some(what) = difference(&found, identity) {
@@ -103,10 +116,14 @@ impl Ledger {
                 run_folder::write(&plan, format!("{text}\n").as_bytes())?;
             }
         }
+        let old = folder.join(OLD_TRIALS);
+        if !path.exists() && is_old_table(&old) {
+            return Err(LedgerError::OldName { path: old });
+        }
         let held = File::open(&plan).map_err(FileError::on("open", &plan))?;
         match held.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(LedgerError::Busy { path: plan }),
-            // Where the disk knows no locks, whoever calls twice is on their own.
+            // File systems without locks cannot tell.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
         let trials = if path.exists() { read(&path)? } else { Vec::new() };
@@ -154,13 +171,18 @@ impl Ledger {
     }
 }
 
+/// Whether a file is a table of a study's trials, and not of `host measure`'s.
+fn is_old_table(path: &Path) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| text.starts_with("method,leg,amplification,"))
+}
+
 fn read(path: &Path) -> Result<Vec<Trial>, LedgerError> {
     let on_csv = |source| LedgerError::Trials { path: path.to_owned(), source };
     let mut reader = csv::Reader::from_path(path).map_err(on_csv)?;
     reader.deserialize().collect::<Result<_, _>>().map_err(on_csv)
 }
 
-/// Refuses what an editor, or another study, left in the table.
+/// Refuses trials that an editor, or another study, left in the table.
 fn check(path: &Path, trials: &[Trial], identity: &Identity) -> Result<(), LedgerError> {
     for (k, trial) in trials.iter().enumerate() {
         if let Some(reason) = foreign(trial, &trials[..k], identity) {
@@ -178,20 +200,20 @@ fn foreign(trial: &Trial, before: &[Trial], identity: &Identity) -> Option<Strin
         return Some(format!("trial {number} of a plan of {}, counted from 0", plan.trials));
     }
     if before.iter().any(|other| other.place() == trial.place() && other.trial == *number) {
-        return Some(format!("{} {leg} L {amplification}x has a trial {number} already", method.name()));
+        return Some(format!("{} {leg} {amplification}x has a trial {number} already", method.name()));
     }
     let own = identity.gaits.iter().find(|(name, of, _)| name == method.name() && of == leg);
-    let is_authors = matches!(method, Method::AuthorsOriginal | Method::AuthorsPsto);
+    let is_authors = matches!(method.spec().origin, Origin::AuthorsTables(_));
     match own {
         Some((.., sha256)) if *sha256 == trial.gait_sha256 => {}
         None if is_authors && identity.reference.is_some() => {}
-        _ => return Some(format!("no gait of this study is {} {leg} L with that SHA-256", method.name())),
+        _ => return Some(format!("no gait of this study is {} {leg} with that SHA-256", method.name())),
     }
     let figures = [trial.dx_m, trial.dy_m, trial.distance_m, trial.speed_m_s, trial.power_w];
     let figures = figures.into_iter().chain([trial.cost_of_transport, trial.turned_deg]).flatten();
     let all = || figures.clone().chain([trial.duration_s]);
     if trial.mark.is_none() && !all().all(f64::is_finite) {
-        return Some("a trial that counts has a number that is none".into());
+        return Some("a trial that counts has a number that is NaN or infinite".into());
     }
     let counts = trial.speed_m_s.is_some() && trial.cost_of_transport.is_some();
     if trial.mark.is_none() && !counts {
@@ -201,98 +223,4 @@ fn foreign(trial: &Trial, before: &[Trial], identity: &Identity) -> Option<Strin
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::experiment::plan::Plan;
-    use crate::experiment::study::Venue;
-    use crate::experiment::trial::{Mark, Raw};
-
-    const PLACE: Place = Place { method: Method::Psto, leg: 0.6, amplification: 1.4 };
-
-    fn identity() -> Identity {
-        let gaits = vec![("psto".to_owned(), 0.6, "abc".to_owned())];
-        Identity { plan: Plan::paper(3, 0), venue: Venue::Twin, robots: Vec::new(), gaits, reference: None }
-    }
-
-    fn trial(number: u32, dx_m: f64) -> Trial {
-        let raw = Raw {
-            duration_s: 12.0,
-            energy_j: 9.1,
-            displacement_m: Some([dx_m, 0.1]),
-            mass_kg: 0.85,
-            ..Raw::default()
-        };
-        Trial::of(PLACE, number, &raw, "abc")
-    }
-
-    #[test]
-    fn a_study_goes_on_where_it_was_left_with_the_same_numbers() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
-        ledger.add(vec![trial(0, 1.0 / 3.0), trial(2, 1.5)]).unwrap();
-        drop(ledger);
-
-        let mut again = Ledger::open(folder.path(), &identity()).unwrap();
-
-        assert_eq!(again.missing(PLACE, 3), [1]);
-        assert_eq!(again.missing(Place { leg: 1.0, ..PLACE }, 3), [0, 1, 2]);
-        assert_eq!(again.trials, vec![trial(0, 1.0 / 3.0), trial(2, 1.5)]);
-        again.add(vec![trial(1, -0.5)]).unwrap();
-        let trials = again.close().unwrap();
-        assert_eq!(trials[2].mark, Some(Mark::Reversed));
-        assert_eq!(read(&folder.path().join(run_folder::TRIALS)).unwrap(), trials);
-    }
-
-    #[test]
-    fn trials_that_the_plan_cannot_have_had_are_refused_with_their_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let refusal = |trials: Vec<Trial>| {
-            let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
-            ledger.trials = trials;
-            ledger.save().unwrap();
-            drop(ledger);
-            let error = Ledger::open(folder.path(), &identity()).unwrap_err().to_string();
-            std::fs::remove_file(folder.path().join(run_folder::TRIALS)).unwrap();
-            error
-        };
-
-        assert!(refusal(vec![trial(77, 1.0)]).ends_with("line 2: trial 77 of a plan of 3, counted from 0"));
-        let twice = refusal(vec![trial(1, 1.0), trial(0, 1.0), trial(1, 1.2)]);
-        assert!(twice.ends_with("line 4: psto 0.6 L 1.4x has a trial 1 already"), "{twice}");
-        let of_another = Trial { gait_sha256: "abd".into(), ..trial(0, 1.0) };
-        assert!(refusal(vec![of_another]).contains("no gait of this study is psto 0.6 L"));
-        let no_number = Trial { cost_of_transport: Some(f64::NAN), ..trial(0, 1.0) };
-        assert!(refusal(vec![no_number]).contains("a number that is none"));
-        let no_speed = Trial { speed_m_s: None, ..trial(0, 1.0) };
-        assert!(refusal(vec![no_speed]).contains("no speed"));
-    }
-
-    #[test]
-    fn trials_without_their_plan_and_a_study_that_is_in_use_are_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut ledger = Ledger::open(folder.path(), &identity()).unwrap();
-        ledger.add(vec![trial(0, 1.0)]).unwrap();
-
-        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::Busy { .. })));
-        drop(ledger);
-        std::fs::remove_file(folder.path().join(PLAN)).unwrap();
-        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::NoPlan { .. })));
-    }
-
-    #[test]
-    fn another_plan_is_refused_by_what_differs() {
-        let folder = tempfile::tempdir().unwrap();
-        Ledger::open(folder.path(), &identity()).unwrap();
-        let refusal = |identity: &Identity| match Ledger::open(folder.path(), identity) {
-            Err(LedgerError::Other { what, .. }) => what,
-            other => panic!("{other:?}"),
-        };
-
-        assert_eq!(refusal(&Identity { plan: Plan::paper(4, 0), ..identity() }), "numbers of trials");
-        assert_eq!(refusal(&Identity { plan: Plan::paper(3, 1), ..identity() }), "seeds");
-        assert_eq!(refusal(&Identity { venue: Venue::Robot, ..identity() }), "places of walking");
-        assert_eq!(refusal(&Identity { gaits: Vec::new(), ..identity() }), "gaits");
-        std::fs::write(folder.path().join(PLAN), "{").unwrap();
-        assert!(matches!(Ledger::open(folder.path(), &identity()), Err(LedgerError::Plan { .. })));
-    }
-}
+mod tests;

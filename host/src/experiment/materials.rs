@@ -1,28 +1,30 @@
 //! The gaits that are compared on one pair of legs, and where they come from.
 //!
-//! Owns the layout of a folder of gaits, the folders that come with the program
+//! Holds the layout of a folder of gaits, the folders that come with the program
 //! (`host/gaits/ant-1L`, `ant-0.6L`), and the common stroke: whatever a method
 //! calls 1.0, here [`OWN_STROKE`] is the stroke that its gait was found at.
-//! Refuses a folder that lacks what the plan asks for.
+//! Does not depend on the plan: what a folder lacks is left out.
 //!
 //! A folder holds `original.csv` and `spread.csv` (the averaged stride and its
 //! spread), `psto.toml`, `ours.toml`, `sinusoid.toml`, `searched.toml` (gait
-//! files), `learning/` (a curve a seed) and `made.toml` (the commands).
+//! files), `learning/` (a curve for each seed) and `made.toml` (the commands).
 
+mod bundled;
 mod error;
 
+pub use bundled::unpack;
 pub use error::MaterialsError;
 
-use super::method::{Method, OWN_STROKE};
-use super::study::{GaitNote, LearnedStride};
+use super::method::{Method, OWN_STROKE, Origin};
 use crate::gait::fit::Scale;
 use crate::gait::gait_file::{GaitFile, GaitFileError, Provenance, Source, gait_sha256};
 use crate::gait::gait_player::Playable;
 use crate::gait::sampled_gait;
+use crate::gait::stride::Sample;
 use crate::gait::trajectory::Trajectory;
 use crate::learn::curves::RunCurves;
 use crate::robot::Robot;
-use crate::run_folder::{self, FileError};
+use crate::run_folder::FileError;
 use protocol::gait::{MAX_ENCODED_LEN, MAX_ROWS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -37,44 +39,60 @@ pub const LEARNING: &str = "learning";
 /// The commands that made each gait.
 pub const MADE: &str = "made.toml";
 
-/// The files that come with the program.
-macro_rules! files {
-    ($leg:literal: $($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../gaits/", $leg, "/", $name)))),*]
-    };
-}
-
-const LONG: &[(&str, &str)] = files!("ant-1L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml",
-    "learning/seed-0/train.csv", "learning/seed-1/train.csv", "made.toml",
-);
-const SHORT: &[(&str, &str)] = files!("ant-0.6L":
-    "original.csv", "spread.csv", "psto.toml", "ours.toml", "sinusoid.toml", "searched.toml",
-    "learning/seed-0/train.csv", "learning/seed-1/train.csv", "made.toml",
-);
-
 /// How a gait was made.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Made {
-    /// Of everything that was drawn.
+    /// Random seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Share of the full effort that it was made with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effort: Option<f64>,
-    /// Simulated time that its making took.
+    /// Simulated time that was spent to make it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_s: Option<f64>,
-    /// Wall-clock time that its making took.
+    /// Wall-clock time that was spent to make it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
-    /// In their order.
+    /// The commands, in their order.
     pub commands: Vec<String>,
 }
 
 /// `made.toml`: by method.
 pub type MadeFile = BTreeMap<String, Made>;
+
+/// The origin of a gait.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GaitNote {
+    /// The method that made it.
+    pub method: Method,
+    /// The commands that made it.
+    pub command: String,
+    /// Of those commands.
+    pub seed: Option<u64>,
+    /// Simulated time that was spent to make it.
+    pub simulated_s: Option<f64>,
+    /// Duration of a stride.
+    pub period_s: f64,
+    /// SHA-256 of the table that is played.
+    pub gait_sha256: String,
+    /// Wall-clock time that was spent to make it, where it was made for this study.
+    pub prepare_wall_s: Option<f64>,
+    /// A difference between the gait and what is played.
+    pub remark: Option<String>,
+}
+
+/// The averaged stride of PSTO's policy: Figure 4.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LearnedStride {
+    /// Duration.
+    pub period_s: f64,
+    /// Evenly spaced over it, in actions: 1 is 45 degrees at the policy's own stroke.
+    pub samples: Vec<Sample>,
+    /// Standard deviation over strides and trials, as many.
+    pub deviations: Vec<Sample>,
+}
 
 /// A gait as a robot plays it.
 #[derive(Debug, Clone)]
@@ -90,12 +108,21 @@ pub struct Material {
 pub struct Materials {
     /// The robot that walks.
     pub robot: Robot,
-    /// In the order of [`Method::ALL`].
+    /// In the order of [`Method::all`].
     pub gaits: Vec<Material>,
     /// How PSTO's policy learned.
     pub learning: Option<RunCurves>,
     /// What it learned.
     pub stride: Option<LearnedStride>,
+}
+
+/// The file of a method's gait in a folder of gaits.
+#[must_use]
+pub fn file_name(method: Method) -> String {
+    match method.spec().origin {
+        Origin::Stride => STRIDE.to_owned(),
+        _ => format!("{}.toml", method.name()),
+    }
 }
 
 /// The folder's name for a robot's gaits.
@@ -106,33 +133,7 @@ pub fn folder_name(robot: &Robot) -> String {
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' })
         .collect();
-    format!("{name}-{}L", robot.geometry.leg_scale)
-}
-
-/// Writes the gaits that come with the program, unless the folder has gaits: a study's
-/// own are never replaced. `made.toml` comes last, and so tells that all are there.
-///
-/// # Errors
-/// [`MaterialsError::NoneKnown`] for other robots and legs; the disk's reasons.
-pub fn unpack(robot: &Robot, folder: &Path) -> Result<(), MaterialsError> {
-    let leg = robot.geometry.leg_scale;
-    let is_ant = Robot::ant(leg).is_ok_and(|ant| ant == *robot);
-    let files = match leg {
-        leg if is_ant && (leg - 1.0).abs() < 1e-9 => LONG,
-        leg if is_ant && (leg - 0.6).abs() < 1e-9 => SHORT,
-        _ => return Err(MaterialsError::NoneKnown { robot: robot.name.clone(), leg }),
-    };
-    if folder.join(MADE).exists() {
-        return Ok(());
-    }
-    for (name, text) in files {
-        let path = folder.join(name);
-        if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(FileError::on("create", parent))?;
-        }
-        run_folder::write(&path, text.as_bytes())?;
-    }
-    Ok(())
+    format!("{name}-{}L", robot.geometry.leg_scale.value())
 }
 
 /// Reads what a folder holds of `methods`; whichever lacks its file is left out.
@@ -144,12 +145,11 @@ pub fn read(folder: &Path, robot: &Robot, methods: &[Method]) -> Result<Material
     let stride = folder.join(STRIDE);
     let stride = if stride.exists() { Some(read_stride(folder)?) } else { None };
     let mut gaits = Vec::new();
-    for method in Method::GAITS.into_iter().filter(|method| methods.contains(method)) {
-        let path = folder.join(format!("{}.toml", method.name()));
-        let Table { bytes, remark, provenance } = match (method, &stride) {
-            (Method::Original, Some(stride)) => original(&folder.join(STRIDE), stride, robot)?,
-            (Method::Original, None) => continue,
-            _ if path.exists() => from_file(&path, method, robot)?,
+    for method in Method::gaits().filter(|method| methods.contains(method)) {
+        let path = folder.join(file_name(method));
+        let Table { bytes, remark, provenance } = match (method.spec().origin, &stride) {
+            (Origin::Stride, Some(stride)) => sampled(&path, method, stride, robot)?,
+            (Origin::GaitFile | Origin::CommandLine, _) if path.exists() => from_file(&path, method, robot)?,
             _ => continue,
         };
         let playable = Playable::from_bytes(&bytes).map_err(|reason| GaitFileError::Bytes {
@@ -172,7 +172,7 @@ pub fn read(folder: &Path, robot: &Robot, methods: &[Method]) -> Result<Material
         gaits.push(Material { playable, note });
     }
     let learning = folder.join(LEARNING);
-    let label = format!("{} with legs of {} L", robot.name, robot.geometry.leg_scale);
+    let label = format!("{} with legs of {}", robot.name, robot.geometry.leg_scale);
     let learning = if learning.exists() { Some(RunCurves::read(&learning, label)?) } else { None };
     Ok(Materials { robot: robot.clone(), gaits, learning, stride })
 }
@@ -212,16 +212,21 @@ struct Table {
 }
 
 /// The stride itself, as a sampled table at the scale of gait files.
-fn original(path: &Path, stride: &LearnedStride, robot: &Robot) -> Result<Table, MaterialsError> {
+fn sampled(
+    path: &Path,
+    method: Method,
+    stride: &LearnedStride,
+    robot: &Robot,
+) -> Result<Table, MaterialsError> {
     let scale = Scale {
         signs: [1.0; protocol::JOINT_COUNT],
-        unit_deg: crate::sim::ant_env::ACTION_DEG / OWN_STROKE,
+        unit_deg: crate::gait::scale::TABLE_DEG_PER_ACTION,
         centre_unit_deg: crate::sim::ant_env::ACTION_DEG,
         centre_offset_deg: 0.0,
         limit_deg: robot.joint_limit_deg,
     };
     let period_us = (stride.period_s * 1e6 + 1e-3).floor() as u32;
-    let sampled = sampled_gait::sample(&stride.samples, &scale, Method::Original.name(), period_us)
+    let sampled = sampled_gait::sample(&stride.samples, &scale, method.name(), period_us)
         .map_err(|source| MaterialsError::Sampled { path: path.to_owned(), source })?;
     let mut buffer = [0; MAX_ENCODED_LEN];
     // A table that was quantised is valid, and the longest fits.
@@ -249,7 +254,7 @@ fn from_file(path: &Path, method: Method, robot: &Robot) -> Result<Table, Materi
     let encoded = gait.encoded();
     let bytes = encoded.map_err(|source| GaitFileError::Unusable { path: path.to_owned(), source })?;
     let leg = robot.geometry.leg_scale;
-    let others = gait.provenance.leg_scale.filter(|made_for| (made_for - leg).abs() > 1e-9);
-    let remark = others.map(|made_for| format!("made for legs of {made_for} L, walked on {leg} L"));
+    let others = gait.provenance.leg_scale.filter(|made_for| *made_for != leg);
+    let remark = others.map(|made_for| format!("made for legs of {made_for}, walked on {leg}"));
     Ok(Table { bytes, remark, provenance: gait.provenance })
 }

@@ -1,46 +1,47 @@
-//! Which conditions there are, and which of them no robot can walk.
+//! The conditions of a study, and which of them no robot can walk.
 //!
-//! Owns the order, method by method and leg by leg, and the reason beside each
-//! condition that is not run: joints beyond their limits, a method without a
-//! gait for these legs. Refuses to bend a gait until it fits.
+//! Holds their order, method by method and pair of legs by pair of legs, and the
+//! reason beside each condition that is not run: joints beyond their limits, a
+//! method without a gait for these legs. No gait is changed to make it fit. Does
+//! not depend on trials.
 
 use super::materials::{Material, Materials};
 use super::method::Method;
-use super::paper;
 use super::summary::Planned;
 use super::trial::Place;
 use crate::gait::gait_player::Demand;
+use crate::paper;
 use protocol::{Amplitude, JOINT_COUNT, Joint, Speed};
 use serde::{Deserialize, Serialize};
 
 /// Angles here are the robot's, rounded: a gait that was made for the limit is within it.
 const TOLERANCE_DEG: f64 = 0.05;
 
-/// What is walked, how often, and how long.
+/// What decides the conditions of a study and their trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Methods.
+    /// What is compared.
     pub methods: Vec<Method>,
     /// Amplifications; [`super::method::OWN_STROKE`] is the stroke that a gait was found at.
     pub amplifications: Vec<f64>,
     /// Trials of each condition.
     pub trials: u32,
-    /// Length of each.
+    /// Length of each trial.
     pub duration_s: f64,
-    /// Of the trials' perturbations.
+    /// Random seed of the trials' perturbations.
     pub seed: u64,
-    /// Whether every trial in the twin has a robot of its own, within what the fit and tolerances leave open.
+    /// Whether every simulated trial has another robot, within the uncertainty of fit and tolerances.
     pub robots_differ: bool,
-    /// Mass of a real robot, where somebody weighed it; else as its description says.
+    /// Mass of a real robot, if it was weighed; otherwise that of its description.
     pub mass_kg: Option<f64>,
 }
 
 impl Plan {
-    /// The paper's, with our methods beside its own.
+    /// The paper's, with all methods that the program has gaits for.
     #[must_use]
     pub fn paper(trials: u32, seed: u64) -> Self {
         Self {
-            methods: Method::GAITS[..5].to_vec(),
+            methods: Method::bundled().collect(),
             amplifications: paper::AMPLIFICATIONS.to_vec(),
             trials,
             duration_s: paper::TRIAL_S,
@@ -50,12 +51,12 @@ impl Plan {
         }
     }
 
-    /// Every condition of some legs' gaits.
+    /// Every condition on these legs.
     #[must_use]
     pub fn conditions(&self, legs: &[Materials]) -> Vec<Planned> {
         let mut planned = Vec::new();
         for materials in legs {
-            let methods = Method::GAITS.into_iter().filter(|method| self.methods.contains(method));
+            let methods = Method::gaits().filter(|method| self.methods.contains(method));
             for method in methods {
                 let material = materials.gaits.iter().find(|material| material.note.method == method);
                 for &amplification in &self.amplifications {
@@ -70,7 +71,7 @@ impl Plan {
 
 fn condition(place: Place, material: Option<&Material>, materials: &Materials) -> Planned {
     let Some(Material { playable, .. }) = material else {
-        let not_run = Some(format!("there is no gait of {} for these legs", place.method.label()));
+        let not_run = Some(format!("{} is missing for these legs", place.method.spec().gait));
         return Planned { place, setpoint_speed_max_rad_s: None, not_run };
     };
     let Some(amplitude) = Amplitude::from_f64(place.amplification) else {
@@ -110,14 +111,14 @@ fn out_of_range(demands: &[Demand; JOINT_COUNT], range_deg: f64) -> Option<Strin
 mod tests {
     use super::*;
     use crate::experiment::materials;
-    use crate::robot::Robot;
+    use crate::robot::{LegScale, Robot};
 
     #[test]
     fn amplifications_beyond_the_servos_range_are_planned_and_not_run() {
         let folder = tempfile::tempdir().unwrap();
-        let robot = Robot::ant(1.0).unwrap();
+        let robot = Robot::ant(LegScale::LONG).unwrap();
         materials::unpack(&robot, folder.path()).unwrap();
-        let legs = [materials::read(folder.path(), &robot, &Method::GAITS).unwrap()];
+        let legs = [materials::read(folder.path(), &robot, &Method::gaits().collect::<Vec<_>>()).unwrap()];
         let plan = Plan { amplifications: vec![1.0, 2.9], ..Plan::paper(3, 0) };
 
         let planned = plan.conditions(&legs);
@@ -134,13 +135,18 @@ mod tests {
     #[test]
     fn a_method_without_a_gait_says_so_instead_of_walking() {
         let folder = tempfile::tempdir().unwrap();
-        let robot = Robot::ant(1.0).unwrap();
+        let robot = Robot::ant(LegScale::LONG).unwrap();
         materials::unpack(&robot, folder.path()).unwrap();
         std::fs::remove_file(folder.path().join("sinusoid.toml")).unwrap();
-        let legs = [materials::read(folder.path(), &robot, &Method::GAITS).unwrap()];
+        let legs = [materials::read(folder.path(), &robot, &Method::gaits().collect::<Vec<_>>()).unwrap()];
 
         let planned = Plan { methods: vec![Method::Sinusoid], ..Plan::paper(3, 0) }.conditions(&legs);
 
-        assert!(planned.iter().all(|of| of.not_run.as_ref().is_some_and(|why| why.contains("no gait"))));
+        assert!(
+            planned.iter().all(|of| of
+                .not_run
+                .as_ref()
+                .is_some_and(|why| why.contains("the sinusoid gait is missing")))
+        );
     }
 }

@@ -1,13 +1,14 @@
 //! The study as one HTML file, for somebody who has not read the paper.
 //!
-//! Owns the page: its order, its tables, its look. `words` has the verdict.
-//! Nothing is loaded from anywhere, no script runs - the page forbids it to
-//! itself - and whatever comes from files is escaped.
+//! Holds the page: its order, its tables, its look; `words` has the sentences.
+//! Nothing is loaded from anywhere, no script runs (the page's own policy forbids
+//! it), and whatever comes from files is escaped. Does not depend on how figures
+//! are drawn.
 
 mod tables;
 pub mod words;
 
-use super::figures::{Drawn, Missing, colour};
+use super::figures::{Drawn, Missing};
 use super::method::Method;
 use super::study::Study;
 use crate::plot::Colour;
@@ -51,11 +52,11 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                         h2 #table-2-heading { "Table 2: the best of each method" }
                         (tables::best(&study.best))
                     }
-                    @if !study.books.is_empty() {
+                    @if !study.energy.is_empty() {
                         section aria-labelledby="why" {
                             h2 #why { "Why: where the energy goes" }
-                            @for sentence in words::reasons(&study.books) { p { (sentence) } }
-                            (tables::books(&study.books))
+                            @for sentence in words::reasons(&study.energy) { p { (sentence) } }
+                            (tables::energy_balance(&study.energy))
                         }
                     }
                     section aria-labelledby="figures" {
@@ -135,7 +136,7 @@ fn compared(study: &Study) -> Markup {
             dl.methods {
                 @for method in &methods {
                     dt { (swatch(*method)) (method.label()) }
-                    dd { (method.explained()) }
+                    dd { (method.spec().explained) }
                 }
             }
             p {
@@ -150,7 +151,7 @@ fn compared(study: &Study) -> Markup {
 }
 
 fn swatch(method: Method) -> Markup {
-    let Colour(red, green, blue) = colour(method);
+    let Colour(red, green, blue) = method.spec().colour;
     html! { span.swatch aria-hidden="true" style={ "background:rgb(" (red) "," (green) "," (blue) ")" } {} }
 }
 

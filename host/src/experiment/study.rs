@@ -1,13 +1,13 @@
-//! All that a study came to: what figures, report and JSON are made of.
+//! The whole result of a study: what figures, report and JSON are made of.
 //!
-//! Owns the shape alone; nothing here computes.
+//! Holds data only. Does not depend on how it is computed or shown.
 
-use super::books::Books;
-use super::method::Method;
+use super::energy_balance::EnergyBalance;
+use super::materials::{GaitNote, LearnedStride};
 use super::summary::{Best, Condition};
 use super::trial::Trial;
-use crate::gait::stride::Sample;
 use crate::learn::curves::RunCurves;
+use crate::robot::LegScale;
 use serde::{Deserialize, Serialize};
 
 /// Where trials were walked.
@@ -22,54 +22,22 @@ pub enum Venue {
     Robot,
 }
 
-/// One of the paper's claims, held to the conditions at hand.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// One of the paper's claims, tested on the conditions of a study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// What the paper says, in section 3.
     pub text: String,
-    /// Whether it is so here; `None` if the conditions that it needs were not run.
+    /// The verdict; `None` if the conditions that it needs were not run.
     pub holds: Option<bool>,
     /// The numbers behind it.
     pub evidence: String,
-}
-
-/// A gait that took part.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GaitNote {
-    /// How it came to be.
-    pub method: Method,
-    /// The command that made it.
-    pub command: String,
-    /// Its seed.
-    pub seed: Option<u64>,
-    /// Simulated time that its making took.
-    pub simulated_s: Option<f64>,
-    /// Duration of a stride.
-    pub period_s: f64,
-    /// SHA-256 of the table that is played.
-    pub gait_sha256: String,
-    /// Wall-clock time of its making, if it was made now.
-    pub prepare_wall_s: Option<f64>,
-    /// What is to be known of it besides.
-    pub remark: Option<String>,
-}
-
-/// The averaged stride of PSTO's policy: Figure 4.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LearnedStride {
-    /// Duration.
-    pub period_s: f64,
-    /// Evenly spaced over it, in actions: 1 is 45 degrees at the policy's own stroke.
-    pub samples: Vec<Sample>,
-    /// Standard deviation over strides and trials, as many.
-    pub deviations: Vec<Sample>,
 }
 
 /// One pair of legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LegStudy {
     /// Shins, in units of 23 cm.
-    pub leg: f64,
+    pub leg: LegScale,
     /// The gaits that were compared.
     pub gaits: Vec<GaitNote>,
     /// How PSTO's policy learned: Figure 3.
@@ -79,7 +47,7 @@ pub struct LegStudy {
 }
 
 /// A parameter that the study was made with, for the report.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Parameter {
     /// What it is.
     pub name: String,
@@ -98,8 +66,8 @@ pub struct Study {
     pub conditions: Vec<Condition>,
     /// As in Table 2.
     pub best: Vec<Best>,
-    /// Where the energy of each goes, in the twin; empty for a real robot.
-    pub books: Vec<Books>,
+    /// Where the energy of each method goes, in simulation; empty for a real robot.
+    pub energy: Vec<EnergyBalance>,
     /// Section 3, claim by claim.
     pub claims: Vec<Claim>,
     /// Every trial.
@@ -110,8 +78,8 @@ pub struct Study {
     pub descriptions: Vec<Parameter>,
     /// What is missing, and why: such as the authors' tables.
     pub skipped: Vec<String>,
-    /// Making the gaits: training, recording, searching; 0 where they were there.
+    /// Training, recording and searching, in seconds; 0 where the gaits were there.
     pub prepare_wall_s: f64,
-    /// Trials and figures.
+    /// Trials and figures, in seconds.
     pub wall_s: f64,
 }

@@ -1,13 +1,15 @@
 //! From trials to conditions: means with their uncertainty, and the best of each method.
 //!
-//! Owns the statistics. Refuses means over marked trials, and numbers for
-//! conditions that were not run: they say why instead.
+//! Holds the statistics. Marked trials are in no mean, and conditions that were
+//! not run have a reason in place of numbers. Does not depend on where trials
+//! were walked.
 
 use super::method::Method;
 use super::trial::{Mark, Place, Trial};
+use crate::robot::LegScale;
 use serde::{Deserialize, Serialize};
 
-/// A mean over the trials that count, and how sure it is.
+/// A mean over the trials that count, and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mean {
     /// Arithmetic mean.
@@ -16,14 +18,25 @@ pub struct Mean {
     pub ci95: Option<f64>,
 }
 
+impl Mean {
+    /// Mean and interval with so many decimals.
+    #[must_use]
+    pub fn text(&self, decimals: usize) -> String {
+        match self.ci95 {
+            Some(ci95) => format!("{:.decimals$} \u{b1} {ci95:.decimals$}", self.mean),
+            None => format!("{:.decimals$}", self.mean),
+        }
+    }
+}
+
 /// One method at one amplification on one pair of legs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
-    /// Which method.
+    /// How the gait was made.
     pub method: Method,
     /// Shins, in units of 23 cm.
-    pub leg: f64,
-    /// Which amplification.
+    pub leg: LegScale,
+    /// Of the gait's deviations from their centres.
     pub amplification: f64,
     /// Trials that count.
     pub n: usize,
@@ -46,17 +59,17 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Whether its figures stand for it: of a gait that mostly falls, the trials that did not are luck.
+    /// Whether more than half of the trials count: of a gait that mostly falls, the others are luck.
     #[must_use]
     pub const fn mostly_counts(&self) -> bool {
         2 * self.n > self.trials
     }
 }
 
-/// A condition of the plan and what is known of it beforehand.
+/// A condition of the plan, before it is walked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
-    /// Which.
+    /// Method, legs and amplification.
     pub place: Place,
     /// Fastest setpoint, if a gait is known.
     pub setpoint_speed_max_rad_s: Option<f64>,
@@ -69,29 +82,29 @@ pub struct Planned {
 /// of which half the trials or more do not count, none is the best.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Best {
-    /// Which method.
+    /// How the gait was made.
     pub method: Method,
-    /// Which legs.
-    pub leg: f64,
-    /// Least cost of transport.
+    /// Shins, in units of 23 cm.
+    pub leg: LegScale,
+    /// Lowest mean cost of transport.
     pub cost_of_transport: Option<Mean>,
-    /// At which amplification.
+    /// The amplification of that cost.
     pub cost_amplification: Option<f64>,
     /// Trials that it is the mean of.
     pub cost_n: usize,
-    /// Highest speed.
+    /// Highest mean speed.
     pub speed_m_s: Option<Mean>,
-    /// At which amplification.
+    /// The amplification of that speed.
     pub speed_amplification: Option<f64>,
     /// Trials that it is the mean of.
     pub speed_n: usize,
-    /// What the paper prints for it.
+    /// The lowest cost of this method in the paper.
     pub paper_cost_of_transport: Option<f64>,
-    /// What the paper prints for it.
+    /// The highest speed of this method in the paper.
     pub paper_speed_m_s: Option<f64>,
 }
 
-/// The mean of some values; `None` of none.
+/// The mean of some values; `None` if there are none.
 #[must_use]
 pub fn mean_of(values: &[f64]) -> Option<Mean> {
     if values.is_empty() {
@@ -127,7 +140,7 @@ fn student_t95(degrees_of_freedom: usize) -> f64 {
     })
 }
 
-/// What the trials of each planned condition come to.
+/// Statistics of each planned condition over its trials.
 #[must_use]
 pub fn conditions(planned: &[Planned], trials: &[Trial]) -> Vec<Condition> {
     planned.iter().map(|planned| condition(planned, trials)).collect()
@@ -160,13 +173,13 @@ fn condition(planned: &Planned, trials: &[Trial]) -> Condition {
 /// The best of each method and pair of legs, in the order of the conditions.
 #[must_use]
 pub fn best(conditions: &[Condition]) -> Vec<Best> {
-    let mut seen: Vec<(Method, f64)> = Vec::new();
+    let mut seen: Vec<(Method, LegScale)> = Vec::new();
     for condition in conditions {
         if !seen.contains(&(condition.method, condition.leg)) {
             seen.push((condition.method, condition.leg));
         }
     }
-    let best_of = |(method, leg): (Method, f64)| {
+    let best_of = |(method, leg): (Method, LegScale)| {
         let own = || conditions.iter().filter(move |c| c.method == method && c.leg == leg);
         let by = |of: fn(&Condition) -> Option<Mean>, sign: f64| {
             own()
@@ -176,7 +189,7 @@ pub fn best(conditions: &[Condition]) -> Vec<Best> {
         };
         let cheapest = by(|c| c.cost_of_transport, 1.0);
         let fastest = by(|c| c.speed_m_s, -1.0);
-        let paper = super::paper::table_2(method, leg);
+        let paper = method.table_2(leg);
         Best {
             method,
             leg,
@@ -199,7 +212,7 @@ mod tests {
     use crate::experiment::trial::Raw;
 
     fn trial(amplification: f64, number: u32, energy_j: f64, distance_m: f64, fell: bool) -> Trial {
-        let place = Place { method: Method::Psto, leg: 1.0, amplification };
+        let place = Place { method: Method::Psto, leg: LegScale::LONG, amplification };
         let raw = Raw {
             duration_s: 10.0,
             energy_j,
@@ -212,7 +225,7 @@ mod tests {
     }
 
     fn planned(amplification: f64, not_run: Option<&str>) -> Planned {
-        let place = Place { method: Method::Psto, leg: 1.0, amplification };
+        let place = Place { method: Method::Psto, leg: LegScale::LONG, amplification };
         Planned { place, setpoint_speed_max_rad_s: None, not_run: not_run.map(str::to_owned) }
     }
 

@@ -1,25 +1,26 @@
 //! One trial: what was measured, and whether it counts.
 //!
-//! Owns the marks and their order. A marked trial stands in the table like any
-//! other, and in no mean. Refuses to judge a gait by a trial in which the robot
-//! fell, went the other way, stood still or was not watched.
+//! Holds the marks and their order. A marked trial is in the table like any
+//! other, and in no mean: the robot fell, went the other way, stood still or was
+//! not watched. Does not depend on where a trial is walked.
 
 use super::method::Method;
 use crate::energy::cost_of_transport;
+use crate::robot::LegScale;
 use serde::{Deserialize, Serialize};
 
-/// Less than this is no distance: a hand with a ruler would not see it either.
+/// Shorter distances count as none: a ruler does not resolve them.
 pub const LEAST_DISTANCE_M: f64 = 0.01;
 
 /// Why a trial is in no mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
-    /// The robot lay down.
+    /// The robot fell.
     Fell,
     /// It went against the direction of its method's other trials.
     Reversed,
-    /// It went backwards, as somebody saw.
+    /// It went backwards, as the person at the robot said.
     Backwards,
     /// It stayed where it was, within [`LEAST_DISTANCE_M`].
     NoDistance,
@@ -27,12 +28,12 @@ pub enum Mark {
     MissedSamples,
     /// The robot stopped by itself, or the trial was cut short.
     Stopped,
-    /// The simulation's numbers ran away.
+    /// The simulation diverged.
     Diverged,
 }
 
 impl Mark {
-    /// For tables and people.
+    /// In tables and messages.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -47,18 +48,18 @@ impl Mark {
     }
 }
 
-/// Where a condition lies in the plan.
+/// A condition of the plan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
-    /// How the gait came to be.
+    /// How the gait was made.
     pub method: Method,
     /// Shins, in units of 23 cm.
-    pub leg: f64,
+    pub leg: LegScale,
     /// Of the gait's deviations from their centres.
     pub amplification: f64,
 }
 
-/// What a trial is judged by.
+/// What was measured of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Raw {
     /// Length of the walk.
@@ -67,32 +68,32 @@ pub struct Raw {
     pub energy_j: f64,
     /// Net displacement in the plane, or along the marked line of a floor; `None` if unknown.
     pub displacement_m: Option<[f64; 2]>,
-    /// Mass that the weight follows from.
+    /// For the weight in the cost of transport.
     pub mass_kg: f64,
-    /// Turned by this much, if somebody saw it.
+    /// Change of heading, if known.
     pub turned_deg: Option<f64>,
-    /// Whether the robot lay down.
+    /// Whether the robot fell.
     pub fell: bool,
-    /// Whether somebody saw it go backwards.
+    /// Whether the person at the robot said so.
     pub backwards: bool,
-    /// Whether nobody and nothing would have seen a fall.
+    /// Whether neither tracker nor person would have seen a fall.
     pub fall_unseen: bool,
     /// Power samples that failed or saturated.
     pub missed_samples: u32,
     /// The walk was cut short.
     pub stopped: bool,
-    /// The simulation ran away.
+    /// The simulation diverged.
     pub diverged: bool,
 }
 
-/// One row of `trials.csv`.
+/// One row of `study-trials.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// Which method.
+    /// How the gait was made.
     pub method: Method,
-    /// Which legs.
-    pub leg: f64,
-    /// Which amplification.
+    /// Shins, in units of 23 cm.
+    pub leg: LegScale,
+    /// Of the gait's deviations from their centres.
     pub amplification: f64,
     /// Number within its condition, from 0.
     pub trial: u32,
@@ -100,11 +101,11 @@ pub struct Trial {
     pub duration_s: f64,
     /// From the battery.
     pub energy_j: f64,
-    /// Net displacement along x and y.
+    /// Net displacement along x, or along the marked line.
     pub dx_m: Option<f64>,
-    /// The same, across.
+    /// Net displacement along y.
     pub dy_m: Option<f64>,
-    /// Its length.
+    /// Length of the displacement.
     pub distance_m: Option<f64>,
     /// Distance by duration.
     pub speed_m_s: Option<f64>,
@@ -112,9 +113,9 @@ pub struct Trial {
     pub power_w: Option<f64>,
     /// Energy by weight and distance.
     pub cost_of_transport: Option<f64>,
-    /// Turned by this much.
+    /// Change of heading, if known.
     pub turned_deg: Option<f64>,
-    /// Nobody and nothing would have seen a fall.
+    /// Neither tracker nor person would have seen a fall.
     pub fall_unseen: bool,
     /// Power samples that are missing.
     pub missed_samples: u32,
@@ -125,7 +126,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// What follows from what was measured; the direction is judged later, beside the other trials.
+    /// Computes a trial from what was measured. Its direction is checked later, by [`mark_reversed`].
     #[must_use]
     pub fn of(place: Place, number: u32, raw: &Raw, gait_sha256: &str) -> Self {
         let Place { method, leg, amplification } = place;
@@ -167,7 +168,7 @@ impl Trial {
         }
     }
 
-    /// Where it lies in the plan.
+    /// Its condition.
     #[must_use]
     pub const fn place(&self) -> Place {
         Place { method: self.method, leg: self.leg, amplification: self.amplification }
@@ -176,11 +177,11 @@ impl Trial {
 
 /// Marks trials that went against the others of the same method and legs.
 ///
-/// A gait has a direction of its own; which, nobody says. It is the sum of the
-/// ways of all its trials that count: amplifying a gait changes its length, not
-/// its sense.
+/// The direction of a gait is not given. It is that of the sum of the displacements
+/// of all its trials that count: amplification changes the length of a
+/// displacement, not its direction.
 pub fn mark_reversed(trials: &mut [Trial]) {
-    // Judged anew each time: trials that were added since may know the direction better.
+    // Decided anew each time: trials that were added since may change the direction.
     trials.iter_mut().filter(|trial| trial.mark == Some(Mark::Reversed)).for_each(|trial| trial.mark = None);
     let way = |trial: &Trial| trial.dx_m.zip(trial.dy_m);
     let directions: Vec<(f64, f64)> = trials
@@ -203,7 +204,7 @@ pub fn mark_reversed(trials: &mut [Trial]) {
 mod tests {
     use super::*;
 
-    const PLACE: Place = Place { method: Method::Psto, leg: 1.0, amplification: 2.0 };
+    const PLACE: Place = Place { method: Method::Psto, leg: LegScale::LONG, amplification: 2.0 };
     /// 12 s at 0.8 W over 3-4-5 times 0.3 m with 10 N: 9.6 J / (10 N * 1.5 m) = 0.64.
     const KNOWN: Raw = Raw {
         duration_s: 12.0,

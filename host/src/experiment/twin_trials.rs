@@ -1,13 +1,13 @@
-//! Trials in the twin: the direct simulation, without firmware.
+//! Trials in simulation, without firmware.
 //!
-//! Owns the perturbations: start number `n` of a seed is the same for every
+//! Holds the perturbations: start number `n` of a seed is the same for every
 //! method and amplification, so that no method is luckier than another; so is
-//! robot number `n`, where each trial has a robot of its own. The
-//! gait is computed from the robot's own bytes, held at its limits and rounded
-//! to pulses, as the firmware does.
+//! robot number `n`, where each trial has a robot of its own. The setpoints are
+//! computed from the robot's own table, held at its limits and rounded to pulses,
+//! as in the firmware. Does not depend on the ledger.
 
 use super::materials::Materials;
-use super::method::Method;
+use super::method::{Method, Origin};
 use super::plan::Plan;
 use super::summary::Planned;
 use super::trial::{Place, Raw, Trial};
@@ -16,7 +16,7 @@ use crate::search::optimise::tolerances::{Draw, Tolerances};
 use crate::sim::Perturbation;
 use crate::sim::open_loop::{self, FRAME_RATE_HZ, Playback, Starts, Walk};
 use crate::twin::{Gait, Tables, TwinError};
-use protocol::Amplitude;
+use protocol::{Amplitude, JOINT_COUNT};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How trials of one condition differ.
 ///
 /// # Source
-/// Ours: how a hand puts a robot down, to about what the authors' trials differ by.
+/// Ours: how accurately a robot is placed by hand; trials then differ about as much as the authors'.
 pub const PERTURBATION: Perturbation =
     Perturbation { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.1 };
 
@@ -33,7 +33,7 @@ pub const PERTURBATION: Perturbation =
 pub struct Authors {
     tables: Tables,
     robot: Robot,
-    /// For how long their sketch held a row.
+    /// How long their sketch held a row.
     sample_s: f64,
 }
 
@@ -46,26 +46,25 @@ impl Authors {
         Ok(Self { tables: Tables::read(path)?, robot: robot.clone(), sample_s })
     }
 
-    /// Their conditions; those without a table say so.
+    /// Their conditions; those without a table have that as the reason why they are not run.
     #[must_use]
     pub fn conditions(&self, plan: &Plan) -> Vec<Planned> {
         let planned = |(method, amplification): (Method, f64)| {
-            let table = table(method, amplification).map(|gait| self.tables.angles_rad(&gait, &self.robot));
-            Planned {
+            let angles_rad = self.tables.angles_rad(&table(method, amplification)?, &self.robot);
+            Some(Planned {
                 place: Place { method, leg: self.robot.geometry.leg_scale, amplification },
                 setpoint_speed_max_rad_s: None,
-                not_run: table.and_then(Result::err).map(|_| "the authors have no such table".to_owned()),
-            }
+                not_run: angles_rad.err().map(|_| "the authors have no such table".to_owned()),
+            })
         };
-        let methods = [Method::AuthorsOriginal, Method::AuthorsPsto].into_iter();
-        methods
+        Method::all()
             .flat_map(|method| plan.amplifications.iter().map(move |&a| (method, a)))
-            .map(planned)
+            .filter_map(planned)
             .collect()
     }
 
-    /// A frame's setpoints: each row is held for the sample time.
-    fn setpoints(&self, place: Place) -> Option<impl Fn(f64) -> [f64; 8] + Sync + use<>> {
+    /// Setpoints over time: each row is held for the sample time.
+    fn setpoints(&self, place: Place) -> Option<impl Fn(f64) -> [f64; JOINT_COUNT] + Sync + use<>> {
         let angles_rad =
             self.tables.angles_rad(&table(place.method, place.amplification)?, &self.robot).ok()?;
         let sample_s = self.sample_s;
@@ -79,11 +78,7 @@ impl Authors {
 
 /// The authors' name of a table.
 fn table(method: Method, amplification: f64) -> Option<Gait> {
-    let name = match method {
-        Method::AuthorsOriginal => Method::Original.name(),
-        Method::AuthorsPsto => Method::Psto.name(),
-        _ => return None,
-    };
+    let Origin::AuthorsTables(name) = method.spec().origin else { return None };
     Some(Gait::new(name, amplification))
 }
 
@@ -119,7 +114,7 @@ fn each(
     numbers: &[u32],
     gait_sha256: &str,
     stop: &AtomicBool,
-    setpoints: impl Fn(f64) -> [f64; 8] + Sync,
+    setpoints: impl Fn(f64) -> [f64; JOINT_COUNT] + Sync,
 ) -> Vec<Trial> {
     let starts = Starts { perturbation: PERTURBATION, seed: plan.seed, count: plan.trials };
     let one = |&number: &u32| {
@@ -143,7 +138,7 @@ fn each(
     numbers.par_iter().filter_map(one).collect()
 }
 
-/// What of a walk a trial is judged by; a simulation that ran away has nothing to say.
+/// What is measured of a walk; nothing if the simulation diverged.
 fn raw(walk: Option<&Walk>, plan: &Plan, robot: &Robot) -> Raw {
     let unknown = Raw { duration_s: plan.duration_s, mass_kg: robot.mass_kg(), ..Raw::default() };
     let Some(walk) = walk else { return Raw { diverged: true, ..unknown } };
@@ -159,15 +154,16 @@ fn raw(walk: Option<&Walk>, plan: &Plan, robot: &Robot) -> Raw {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::LegScale;
 
     #[test]
     fn after_ctrl_c_no_further_trial_is_walked_and_what_was_is_kept() {
-        let robot = Robot::ant(1.0).unwrap();
+        let robot = Robot::ant(LegScale::LONG).unwrap();
         let plan = Plan { duration_s: 0.1, ..Plan::paper(4, 0) };
-        let place = Place { method: Method::Psto, leg: 1.0, amplification: 1.0 };
+        let place = Place { method: Method::Psto, leg: LegScale::LONG, amplification: 1.0 };
         let walked = |stop: bool| {
             let stop = AtomicBool::new(stop);
-            each(&plan, &robot, place, &[0, 2], "abc", &stop, |_| [0.0; 8])
+            each(&plan, &robot, place, &[0, 2], "abc", &stop, |_| [0.0; JOINT_COUNT])
         };
 
         assert_eq!(walked(false).iter().map(|trial| trial.trial).collect::<Vec<_>>(), [0, 2]);

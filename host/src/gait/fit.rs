@@ -1,14 +1,14 @@
-//! From one stride of actions to a degree-10 curve per joint, in degrees.
+//! Fits a degree-10 curve per joint, in degrees, to one stride of actions.
 //!
-//! Owns the least squares, the seam between strides, and the split into centre
-//! and deviation. The files stay outside: [`crate::gait::trajectory`] reads, this
-//! fits, [`crate::gait::gait_file`] keeps. Refuses fewer rows than make a residual.
+//! Holds the seam between strides, and the split into centre and deviation. Does not
+//! depend on files: [`crate::gait::trajectory`] reads, [`crate::gait::gait_file`]
+//! writes. Too few rows to leave a residual are an error.
 //!
 //! Deviations from the paper: strides are joined ([`Seam::Continuous`]) unless
-//! one asks for [`Seam::Free`], which is the paper's; the basis is Chebyshev's on the normalised phase,
-//! not monomials in time (the same curves, well conditioned), and the pivot of
-//! the amplitude is the exact mean of the curve over the stride, not of its
-//! samples.
+//! [`Seam::Free`] is chosen, which is the paper's; the basis is Chebyshev's on the
+//! normalised phase, not monomials in time (the same curves, well conditioned), and
+//! the pivot of the amplitude is the exact mean of the curve over the stride, not of
+//! its samples.
 
 mod least_squares;
 pub mod speeds;
@@ -53,7 +53,7 @@ impl Seam {
         }
     }
 
-    /// What is taken where nobody says: a stride closes on itself, a window of
+    /// The default: a stride closes on itself, a window of
     /// fixed length does not.
     #[must_use]
     pub const fn usual(is_window: bool) -> Self {
@@ -82,7 +82,7 @@ impl FromStr for Seam {
 
 /// A seam that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{text:?} is no seam; it is free or continuous")]
+#[error("{text:?} is not a seam; it must be free or continuous")]
 pub struct UnknownSeam {
     /// What was asked for.
     pub text: String,
@@ -117,19 +117,15 @@ pub struct JointFit {
 
 /// Why a stride was not fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum FitError {
     /// Too few samples.
     #[error("the stride has {rows} rows; a degree-{DEGREE} curve and its residual need {MIN_ROWS}")]
-    TooFewRows {
-        /// How many there are.
-        rows: usize,
-    },
+    TooFewRows { rows: usize },
     /// The rows do not determine the curve.
     #[error("{joint}: the rows do not determine a degree-{DEGREE} curve")]
-    Undetermined {
-        /// Which joint.
-        joint: &'static str,
-    },
+    Undetermined { joint: &'static str },
 }
 
 /// Fits every joint over one stride of equally spaced rows.

@@ -1,9 +1,9 @@
-//! The gait as people keep it: a readable file with its history, in degrees.
+//! The gait as a readable file, in degrees, with its provenance.
 //!
-//! Owns the TOML format, its checks, the f64 reference angle, and the way to
-//! the table that the robot plays. [`mod@limits`] says how far a gait may be
-//! amplified. Refuses to fit and to talk to robots; trusts no file: whatever
-//! [`GaitFile::load`] returns can be quantised.
+//! Holds the TOML format, its checks, the angles in f64, and the conversion to the
+//! table that the robot plays: whatever [`GaitFile::load`] returns can be converted.
+//! [`mod@limits`] says how far a gait may be amplified. Does not depend on fits or
+//! robots.
 //!
 //! `angle = centre_deg + amplitude * deviation(phase)`, the deviation being a
 //! Chebyshev series in `x = 2 phase - 1`, in degrees at amplitude 1.0.
@@ -13,6 +13,7 @@ mod error;
 pub mod limits;
 mod series;
 
+use crate::robot::LegScale;
 pub use error::{GaitFileError, UnusableGait, describe};
 pub use series::{JointSeries, chebyshev};
 
@@ -41,13 +42,13 @@ pub struct GaitFile {
     pub joints: [JointSeries; JOINT_COUNT],
 }
 
-/// How a gait came to be.
+/// How a gait was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
     /// Fitted to the trajectory of a policy that was trained here.
     Trained,
-    /// Fitted to somebody's trajectory.
+    /// Fitted to a trajectory from elsewhere.
     Fitted,
     /// Searched in simulation, without a policy.
     Searched,
@@ -75,7 +76,7 @@ impl Source {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// How it came to be.
+    /// How the gait was made.
     pub source: Source,
     /// The trajectory that was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -100,7 +101,7 @@ pub struct Provenance {
     pub seed: Option<u64>,
     /// Leg length of the robot it is meant for; 1.0 is 23 cm.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub leg_scale: Option<f64>,
+    pub leg_scale: Option<LegScale>,
     /// Least and most amplitude at which it was found safe, on robots unlike each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub safe_amplitudes: Option<[f64; 2]>,
@@ -126,6 +127,19 @@ impl Provenance {
             safe_amplitudes: None,
             command: None,
         }
+    }
+
+    /// The gait's default name on the robot: `ant-seed-N` for one that was trained, else the name
+    /// of the `trajectory`'s file, cut to what the robot can store.
+    #[must_use]
+    pub fn gait_name(&self, trajectory: &Path) -> String {
+        let name = match (self.source, self.seed) {
+            (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
+            _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        };
+        let name: String =
+            name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
+        if name.trim().is_empty() { "gait".into() } else { name }
     }
 }
 

@@ -1,8 +1,8 @@
-//! What a gait asks of joints and servos, polynomial or sampled.
+//! The setpoints of a gait, polynomial or sampled, before a robot plays them.
 //!
-//! Owns the look ahead: every angle is the one that the robot itself will
-//! compute, from the same bytes. Refuses nothing by itself; it says how far and
-//! how fast, and the caller knows the limits.
+//! Every angle is the one that the robot itself will compute, from the same bytes.
+//! Holds how far and how fast a gait moves each joint. Does not depend on a robot's
+//! limits, which the caller knows.
 
 use crate::gait::gait_file::GaitFile;
 use crate::gait::gait_file::limits::{LeavesLimits, round_down};

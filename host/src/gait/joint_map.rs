@@ -1,8 +1,7 @@
-//! Which column of somebody's recording is which joint, and how it is scaled.
+//! Which column of a recording is which joint, and how its values are scaled.
 //!
-//! Owns the map's file format; the flags of `fit` override it one by one.
-//! Refuses names that are no joint's. Holds facts about recordings, never the
-//! recordings themselves.
+//! Holds the map's file format; the flags of `fit` override its entries one by one.
+//! Does not depend on the recordings themselves.
 
 use crate::run_folder::FileError;
 use protocol::{JOINT_COUNT, Joint};
@@ -30,20 +29,17 @@ pub struct JointMap {
 
 /// Why a joint map was refused.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum JointMapError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The text is no joint map.
-    #[error("{path} is no joint map")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
-    },
-    /// A name that is no joint's.
-    #[error("{name:?} is no joint; joints are hip1 to hip4 and knee1 to knee4, or ank1 to ank4")]
+    /// The text is not a joint map.
+    #[error("{path} is not a joint map")]
+    Parse { path: PathBuf, source: Box<toml::de::Error> },
+    /// A name that is not a joint's.
+    #[error("{name:?} is not a joint; joints are hip1 to hip4 and knee1 to knee4, or ank1 to ank4")]
     UnknownJoint {
         /// The name.
         name: String,
@@ -109,6 +105,6 @@ mod tests {
     fn a_name_that_is_no_joint_is_refused() {
         let map = JointMap { negate: Some(vec!["tail1".into()]), ..Default::default() };
 
-        assert!(map.signs().unwrap_err().to_string().starts_with("\"tail1\" is no joint"));
+        assert!(map.signs().unwrap_err().to_string().starts_with("\"tail1\" is not a joint"));
     }
 }

@@ -1,9 +1,9 @@
-//! From one stride of actions to rows of samples that a robot plays as they are.
+//! Turns one stride of actions into rows of samples that a robot plays as they are.
 //!
-//! For trajectories that no degree-10 curve holds, as the paper's "original" is.
-//! Owns the resampling to what fits the robot, and the honest figure of what it
-//! costs. Centre and amplitude are those of [`crate::gait::fit`]: the centre is the
-//! mean, and deviations scale about it. Refuses what no table holds.
+//! For trajectories that no degree-10 curve can follow, such as the paper's
+//! "original". Holds the resampling to the rows that a robot has room for, and its
+//! error. Centre and amplitude are those of [`crate::gait::fit`]: the centre is the
+//! mean, and deviations scale about it. Does not depend on files.
 
 use crate::gait::fit::Scale;
 use protocol::gait::{MAX_ROWS, STEP_UNITS_PER_DEG, SampledTable};
@@ -13,56 +13,39 @@ use thiserror::Error;
 /// Largest deviation that a byte's 127 steps of 255/512 degree reach.
 const MAX_DEVIATION_DEG: f64 = 63.2;
 
-/// Why a stride was not sampled.
+/// Why a stride cannot be sampled.
 #[derive(Debug, Clone, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum SampleError {
     /// One row is a pose, not a stride.
     #[error("the stride has {rows} rows; a sampled gait needs 2")]
-    TooFewRows {
-        /// How many there are.
-        rows: usize,
-    },
-    /// The robot could not show it.
-    #[error("{name:?} is no name; a name is 1 to {} printable ASCII characters", Name::CAPACITY)]
-    Name {
-        /// What was asked.
-        name: String,
-    },
+    TooFewRows { rows: usize },
+    /// A name that the robot cannot store.
+    #[error("{name:?} is not a valid name; a name is 1 to {} printable ASCII characters", Name::CAPACITY)]
+    Name { name: String },
     /// Wider than a byte holds.
     #[error(
         "{} swings {deviation_deg:.1} degrees from its mean at amplitude 1.0; a sampled gait holds {MAX_DEVIATION_DEG}",
         .joint.name()
     )]
-    Deviation {
-        /// Which joint.
-        joint: Joint,
-        /// How far.
-        deviation_deg: f64,
-    },
+    Deviation { joint: Joint, deviation_deg: f64 },
     /// The middle of a joint's movement is out of its limits.
     #[error(
         "{} moves about {centre_deg:.1} degrees; its limit is {limit_deg} either way",
         .joint.name()
     )]
-    Centre {
-        /// Which joint.
-        joint: Joint,
-        /// About what.
-        centre_deg: f64,
-        /// The limit.
-        limit_deg: f64,
-    },
-    /// Something else that a table refuses.
+    Centre { joint: Joint, centre_deg: f64, limit_deg: f64 },
+    /// Another value that no table holds.
     #[error("the stride makes no table: its duration is {period_us} us, its joint limit {limit_deg} degrees")]
     Table {
         /// Duration of the stride.
         period_us: u32,
-        /// The limit.
         limit_deg: f64,
     },
 }
 
-/// A sampled gait, and what became of the recording.
+/// A sampled gait, and how far it is from the recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampled {
     /// What the robot plays.
@@ -166,8 +149,8 @@ mod tests {
     fn scale() -> Scale {
         Scale {
             signs: [1., 1., 1., 1., 1., 1., -1., -1.],
-            unit_deg: 24.0,
-            centre_unit_deg: 45.0,
+            unit_deg: crate::gait::scale::TABLE_DEG_PER_ACTION,
+            centre_unit_deg: crate::gait::scale::POLICY_DEG_PER_ACTION,
             centre_offset_deg: 1.0,
             limit_deg: 55.5,
         }
@@ -240,6 +223,8 @@ mod tests {
         );
         let too_few = sample(&waves(9)[..1], &scale(), "waves", 450_000).unwrap_err();
         assert_eq!(too_few, SampleError::TooFewRows { rows: 1 });
-        assert!(sample(&waves(9), &scale(), "", 450_000).unwrap_err().to_string().contains("is no name"));
+        assert!(
+            sample(&waves(9), &scale(), "", 450_000).unwrap_err().to_string().contains("is not a valid name")
+        );
     }
 }

@@ -1,9 +1,9 @@
-//! Many strides into one: finds the period that all joints share and averages.
+//! Averages many strides into one: finds the period that all joints share.
 //!
-//! Owns the search for the fundamental, the cutting of each trial into strides
-//! and their average over phase; [`window`] averages stretches of a fixed length
-//! instead. Refuses motion that does not repeat: the mean of strides that are
-//! out of step is no stride.
+//! Holds the search for the fundamental, the cutting of each trial into strides and
+//! their average over phase; [`window`] averages stretches of a fixed length instead.
+//! Motion that does not repeat is an error: the mean of strides that are out of step
+//! is not a stride. Does not depend on who moved.
 
 mod error;
 pub mod window;
@@ -19,9 +19,11 @@ pub type Sample = [f64; JOINT_COUNT];
 pub const MIN_PERIOD_S: f64 = 0.2;
 /// Longer ones hold more than one stride, or a degree-10 polynomial cannot follow them.
 pub const MAX_PERIOD_S: f64 = 4.0;
-/// Least likeness (normalised correlation) one period later for motion to count as periodic.
-pub const MIN_LIKENESS: f64 = 0.6;
-/// A shorter period whose likeness is this share of the best is the fundamental;
+/// Least normalised correlation with itself one period later for motion to count as periodic.
+pub const MIN_CORRELATION: f64 = 0.6;
+/// Shortest window of a recording, in seconds: shorter ones hold too few samples for a curve of degree 10.
+pub const MIN_WINDOW_S: f64 = 0.5;
+/// A shorter period whose correlation is this share of the best is the fundamental;
 /// its multiples are always about as good.
 const FUNDAMENTAL_SHARE: f64 = 0.9;
 /// Less motion than this, rms over all joints in action units, is standing: 0.5 degrees.
@@ -49,7 +51,7 @@ pub struct Stride {
     /// The same, rms over phase.
     pub spread: Sample,
     /// Normalised correlation of the motion with itself one period later.
-    pub likeness: f64,
+    pub correlation: f64,
 }
 
 /// A stretch of one trial, in samples.
@@ -65,10 +67,10 @@ struct Cut {
 /// The stride has as many samples as fit its period best at that rate.
 ///
 /// # Errors
-/// [`StrideError`] if the motion is no gait.
+/// [`StrideError`] if the motion is not a gait.
 pub fn average(trials: &[Vec<Sample>], rate_hz: f64) -> Result<Stride, StrideError> {
     let centred: Vec<Vec<Sample>> = trials.iter().map(|trial| centre(trial)).collect();
-    let (lag, likeness) = fundamental(&centred, rate_hz)?;
+    let (lag, correlation) = fundamental(&centred, rate_hz)?;
     let phases = (lag.round() as usize).max(2);
     let mut template = first_template(&centred, lag, phases);
     let (mut kept, mut found) = (Vec::new(), 0);
@@ -77,17 +79,25 @@ pub fn average(trials: &[Vec<Sample>], rate_hz: f64) -> Result<Stride, StrideErr
             (0..centred.len()).flat_map(|trial| cut(trial, &centred[trial], &template, lag)).collect();
         found = cuts.len();
         kept = cuts;
-        kept.retain(|&cut| similarity(&stretch(&centred[cut.trial], cut, phases), &template) > MIN_LIKENESS);
+        kept.retain(|&cut| {
+            similarity(&stretch(&centred[cut.trial], cut, phases), &template) > MIN_CORRELATION
+        });
         if kept.len() * 2 <= found || kept.is_empty() {
             return Err(StrideError::Unlike { kept: kept.len(), found, period_s: lag / rate_hz });
         }
         template = mean(kept.iter().map(|&cut| stretch(&centred[cut.trial], cut, phases)), phases);
     }
-    Ok(average_cuts(trials, rate_hz, &kept, found, likeness))
+    Ok(average_cuts(trials, rate_hz, &kept, found, correlation))
 }
 
 /// The mean of the `cuts` that were kept of those `found`, and how far they are from it.
-fn average_cuts(trials: &[Vec<Sample>], rate_hz: f64, cuts: &[Cut], found: usize, likeness: f64) -> Stride {
+fn average_cuts(
+    trials: &[Vec<Sample>],
+    rate_hz: f64,
+    cuts: &[Cut],
+    found: usize,
+    correlation: f64,
+) -> Stride {
     let duration = cuts.iter().map(|cut| cut.end - cut.start).sum::<f64>() / cuts.len() as f64;
     let phases = (duration.round() as usize).max(2);
     let strides: Vec<_> = cuts.iter().map(|&cut| stretch(&trials[cut.trial], cut, phases)).collect();
@@ -111,7 +121,7 @@ fn average_cuts(trials: &[Vec<Sample>], rate_hz: f64, cuts: &[Cut], found: usize
         left_out: found - cuts.len(),
         deviations,
         spread,
-        likeness,
+        correlation,
     }
 }
 
@@ -158,7 +168,7 @@ pub fn period_s(trials: &[Vec<Sample>], rate_hz: f64) -> Option<f64> {
     fundamental(&centred, rate_hz).ok().map(|(lag, _)| lag / rate_hz)
 }
 
-/// The period in samples, between samples where need be, and its likeness.
+/// The period in samples, between samples where need be, and its correlation.
 fn fundamental(trials: &[Vec<Sample>], rate_hz: f64) -> Result<(f64, f64), StrideError> {
     let longest = trials.iter().map(Vec::len).max().unwrap_or(0);
     let least = (MIN_PERIOD_S * rate_hz).ceil() as usize;
@@ -172,9 +182,9 @@ fn fundamental(trials: &[Vec<Sample>], rate_hz: f64) -> Result<(f64, f64), Strid
     let is_peak = |&lag: &usize| curve[lag] >= curve[lag - 1] && curve[lag] > curve[lag + 1];
     let peaks: Vec<usize> = (least..=most).filter(is_peak).collect();
     let best = peaks.iter().copied().max_by(|&a, &b| curve[a].total_cmp(&curve[b]));
-    let Some(best) = best.filter(|&lag| curve[lag] >= MIN_LIKENESS) else {
+    let Some(best) = best.filter(|&lag| curve[lag] >= MIN_CORRELATION) else {
         let lag = best.unwrap_or(most);
-        return Err(StrideError::NotPeriodic { likeness: curve[lag], period_s: lag as f64 / rate_hz });
+        return Err(StrideError::NotPeriodic { correlation: curve[lag], period_s: lag as f64 / rate_hz });
     };
     let share = FUNDAMENTAL_SHARE * curve[best];
     let lag = peaks.iter().copied().find(|&lag| curve[lag] >= share).unwrap_or(best);
@@ -222,10 +232,10 @@ fn mean(strides: impl Iterator<Item = Vec<Sample>>, phases: usize) -> Vec<Sample
 /// A stride from the middle of the trial that repeats itself best.
 fn first_template(trials: &[Vec<Sample>], lag: f64, phases: usize) -> Vec<Sample> {
     let whole = lag.round() as usize;
-    let likeness = |trial: &Vec<Sample>| correlation(trial, whole);
+    let correlation = |trial: &Vec<Sample>| correlation(trial, whole);
     let best = (0..trials.len())
         .filter(|&trial| trials[trial].len() as f64 >= 2.0 * lag)
-        .max_by(|&a, &b| likeness(&trials[a]).total_cmp(&likeness(&trials[b])))
+        .max_by(|&a, &b| correlation(&trials[a]).total_cmp(&correlation(&trials[b])))
         .unwrap_or(0);
     let start = (trials[best].len() as f64 - lag) / 2.0;
     stretch(&trials[best], Cut { trial: best, start, end: start + lag }, phases)

@@ -1,8 +1,8 @@
-//! Reads joint trajectories from CSV: our own, or anybody's.
+//! Reads joint trajectories from CSV, in this project's own format or another's.
 //!
-//! Owns the columns, the finding of a loop ([`loop_finder`]) and the sampling
-//! interval. Refuses holes: a missing joint, a row of another length, a number
-//! that is none. Knows nothing of degrees; actions stay as they were written.
+//! Holds the columns and the sampling interval; [`loop_finder`] finds a stride in a
+//! long recording. A missing joint, a row of another length and a value that is not a
+//! number are errors. Does not depend on degrees: actions stay as they are in the file.
 
 mod error;
 pub mod loop_finder;

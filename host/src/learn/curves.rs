@@ -1,9 +1,9 @@
-//! Learning curves of several seeds, together.
+//! Learning curves over several seeds.
 //!
-//! Owns the reading of a run's folder, whether it holds one seed or many, and
-//! the statistics over seeds; `figure` draws them. Seeds of one run are
-//! evaluated after the same updates. Refuses those that are not: a mean over
-//! curves of different schedules is none.
+//! Holds the reading of a run folder, of one seed or of several, and the statistics
+//! over seeds; `figure` draws them. Does not depend on the learner. Seeds of one run
+//! must be evaluated after the same updates: a mean over different schedules would
+//! mean nothing.
 
 mod figure;
 
@@ -11,42 +11,42 @@ pub use figure::{Band, TooManyRuns, of as figure};
 
 use crate::learn::td3::curve::{self, CurveError, CurvePoint};
 use crate::run_folder;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What `train --seeds` calls the folder of a seed, before its number.
+/// Prefix of a seed's folder in `train --seeds`, before its number.
 const SEED_FOLDER: &str = "seed-";
 
 /// Why a run has no curves.
 #[derive(Debug, Error)]
 pub enum CurvesError {
-    /// Nothing was learned there.
+    /// There is no learning curve.
     #[error("{folder} holds no {}, and no {SEED_FOLDER}N with one", run_folder::LEARNING_CURVE)]
     NoCurve {
-        /// Where.
+        /// The folder.
         folder: PathBuf,
     },
-    /// A file's fault.
+    /// A learning curve cannot be read.
     #[error(transparent)]
     Curve(#[from] CurveError),
-    /// Seeds of different schedules.
+    /// Seeds have different schedules.
     #[error(
         "{folder}: evaluation {row} of {seed} is after {updates} updates and {env_steps} steps, that of \
          {other} after {other_updates} and {other_env_steps}"
     )]
     Grid {
-        /// The run.
+        /// Folder of the run.
         folder: PathBuf,
-        /// Which row, from 1.
+        /// Row, from 1.
         row: usize,
-        /// One of two that differ.
+        /// One of two seeds that differ.
         seed: String,
         /// Its updates.
         updates: u64,
         /// Its control steps.
         env_steps: u64,
-        /// The other of the two.
+        /// The other seed.
         other: String,
         /// Its updates.
         other_updates: u64,
@@ -55,12 +55,12 @@ pub enum CurvesError {
     },
 }
 
-/// One seed's curve.
+/// The learning curve of one seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeedCurve {
-    /// Its folder's name.
+    /// Name of its folder.
     pub name: String,
-    /// Every evaluation; at least one.
+    /// All evaluations, at least one.
     pub points: Vec<CurvePoint>,
 }
 
@@ -71,7 +71,7 @@ impl SeedCurve {
         &self.points[self.points.len() - 1]
     }
 
-    /// The first of the best by reward: that whose policy the run keeps.
+    /// The first evaluation of maximum reward, whose policy the run keeps.
     #[must_use]
     pub fn best(&self) -> &CurvePoint {
         let better = |a: &&CurvePoint, b: &&CurvePoint| a.reward.total_cmp(&b.reward);
@@ -79,36 +79,38 @@ impl SeedCurve {
     }
 }
 
-/// A value over seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Statistics of a value over seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Mean.
+    /// Arithmetic mean.
     pub mean: f64,
     /// Standard deviation of the sample (n - 1); 0 of a single seed.
     pub deviation: f64,
-    /// The least.
-    pub least: f64,
-    /// The most.
-    pub most: f64,
+    /// Minimum.
+    #[serde(rename = "least")]
+    pub min: f64,
+    /// Maximum.
+    #[serde(rename = "most")]
+    pub max: f64,
 }
 
 impl Spread {
-    /// Over values of which there is at least one.
+    /// Statistics of at least one value.
     fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count().max(1) as f64;
         let mean = values.clone().sum::<f64>() / count;
         let squares: f64 = values.clone().map(|value| (value - mean).powi(2)).sum();
         let deviation = (squares / (count - 1.0).max(1.0)).sqrt();
-        let (least, most) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), value| (l.min(value), m.max(value)));
-        Self { mean, deviation, least, most }
+        let (min, max) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), value| (min.min(value), max.max(value)));
+        Self { mean, deviation, min, max }
     }
 }
 
-/// Reward and speed of evaluations, over seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Reward and speed over seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// Of an evaluation episode.
+    /// Reward of an evaluation episode.
     pub reward: Spread,
     /// Mean forward speed.
     pub speed_m_s: Spread,
@@ -123,27 +125,27 @@ impl Score {
     }
 }
 
-/// All seeds after so many updates.
+/// All seeds after the same number of updates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Updates done.
     pub updates: u64,
     /// Control steps gathered.
     pub env_steps: u64,
-    /// Seeds that came so far.
+    /// Seeds with this evaluation.
     pub seeds: usize,
-    /// Of those.
+    /// Statistics over those seeds.
     pub score: Score,
 }
 
 /// A run's curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunCurves {
-    /// What it is called in the legend.
+    /// Label in the legend.
     pub label: String,
-    /// At least one.
+    /// Seeds with a curve, at least one.
     pub seeds: Vec<SeedCurve>,
-    /// Seeds that were not evaluated yet.
+    /// Seeds without an evaluation yet.
     pub without_curve: Vec<String>,
 }
 
@@ -151,19 +153,19 @@ impl RunCurves {
     /// Reads a run of one seed, or all seeds of a `train --seeds`.
     ///
     /// # Errors
-    /// [`CurvesError`] where there is no curve, one is damaged, or they do not belong together.
+    /// [`CurvesError`] if there is no curve, one is damaged, or the seeds' schedules differ.
     pub fn read(folder: &Path, label: String) -> Result<Self, CurvesError> {
         let (mut seeds, mut without_curve) = (Vec::new(), Vec::new());
         for (name, path) in seed_folders(folder) {
             let file = path.join(run_folder::LEARNING_CURVE);
             match file.exists().then(|| curve::read(&file)) {
                 Some(Ok(points)) => seeds.push(SeedCurve { name, points }),
-                // Begun, and not evaluated yet.
+                // Started, but not evaluated yet.
                 None | Some(Err(CurveError::Empty { .. })) => without_curve.push(name),
                 Some(Err(error)) => return Err(error.into()),
             }
         }
-        // A folder of seeds has the best one's curve besides: only without seeds is it the run's own.
+        // A folder of seeds also holds a copy of the best one's curve, which must not count twice.
         if seeds.is_empty() && without_curve.is_empty() {
             let file = folder.join(run_folder::LEARNING_CURVE);
             if !file.exists() {
@@ -207,7 +209,7 @@ impl RunCurves {
         self.seeds.iter().rev().max_by_key(|seed| seed.points.len()).unwrap_or(first)
     }
 
-    /// Mean and spread after every evaluation, over the seeds that came so far.
+    /// Statistics of each evaluation, over the seeds that have it.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let row = |(index, point): (usize, &CurvePoint)| {
@@ -222,13 +224,13 @@ impl RunCurves {
         self.longest().points.iter().enumerate().map(row).collect()
     }
 
-    /// Each seed's latest evaluation.
+    /// Statistics over each seed's latest evaluation.
     #[must_use]
     pub fn last(&self) -> Score {
         Score::of(self.seeds.iter().map(SeedCurve::last))
     }
 
-    /// Each seed's best evaluation by reward.
+    /// Statistics over each seed's best evaluation by reward.
     #[must_use]
     pub fn best(&self) -> Score {
         Score::of(self.seeds.iter().map(SeedCurve::best))
@@ -242,28 +244,28 @@ impl RunCurves {
 }
 
 fn name_of(folder: &Path) -> String {
-    // Canonical: `runs/latest` is nobody's name.
+    // Canonical, because `runs/latest` is a link and not a name.
     let real = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     real.file_name().unwrap_or(real.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// What a run is called where nobody says: its folder, and how long its shins are.
+/// Default label of a run: its folder and the length of its robot's shins.
 #[must_use]
 pub fn default_label(folder: &Path) -> String {
     let name = name_of(folder);
-    // A curve alone is enough to be drawn: a robot that cannot be read costs but the leg.
+    // A curve can be drawn without a robot; the label then lacks the length.
     let robot = crate::robot::Robot::of_run(folder).ok().flatten();
-    robot.map_or(name.clone(), |robot| format!("{name} ({} L)", robot.geometry.leg_scale))
+    robot.map_or(name.clone(), |robot| format!("{name} ({})", robot.geometry.leg_scale))
 }
 
-/// The seeds of a folder, by their numbers.
+/// The seed folders in a folder, sorted by number.
 fn seed_folders(folder: &Path) -> Vec<(String, PathBuf)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut seeds: Vec<(u64, String, PathBuf)> = entries
         .filter_map(|entry| {
             let name = entry.file_name().into_string().ok()?;
             let number: u64 = name.strip_prefix(SEED_FOLDER)?.parse().ok()?;
-            // `seed-02` is somebody's copy: it would count a seed twice.
+            // `seed-02` is not ours, but a copy that would count a seed twice.
             if name != format!("{SEED_FOLDER}{number}") {
                 return None;
             }

@@ -1,17 +1,18 @@
-//! Plays a policy in simulation and writes down the stride it walks.
+//! Plays a policy in simulation and averages its stride.
 //!
-//! Owns the trials; `files` has what is left of them, `figure` the picture.
-//! What is recorded are the setpoints that the servos were given, not what the
-//! policy asked for: a robot that plays them open loop gets the same orders.
+//! Holds the trials; `files` writes the result, `figure` draws it. Does not depend on
+//! how the policy was learned. Setpoints of the servos are recorded, not the policy's
+//! actions: a robot that plays them open loop gets the same setpoints.
 
 mod figure;
 mod files;
 
 pub(crate) use figure::of_stride;
-pub use files::{FIGURE, RECORD, SPREAD};
+pub use files::{FIGURE, SPREAD};
 
 use crate::env::Env as _;
 use crate::gait::fit::{self, FitError, JointFit, Scale, Seam};
+use crate::gait::policy_record::RecordSummary;
 use crate::gait::stride::{self, Sample, Stride, StrideError, window};
 use crate::learn::td3::policy::Policy;
 use crate::learn::td3::random::{Purpose, episode_seed};
@@ -21,40 +22,39 @@ use crate::run_folder::FileError;
 use crate::sim::ant_env::{ACTION_DEG, ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
 use crate::sim::{AntEnv, AntEnvConfig, Randomisation};
 use protocol::JOINT_COUNT;
-use serde::Serialize;
 use thiserror::Error;
 
-/// Until the gait has settled; not recorded.
+/// Time until the gait has settled; not recorded.
 pub const TRANSIENT_S: f64 = 3.0;
-/// Recorded after that; with the transient the 12 s of a trial on the robot.
+/// Time recorded after that; both together are the 12 s of a trial on the robot.
 pub const RECORDED_S: f64 = 9.0;
 
 /// Why there is no recording.
 #[derive(Debug, Error)]
 pub enum RecordError {
-    /// The policy belongs to another robot.
+    /// The policy's input or output is of another size than the Ant's.
     #[error(
-        "the policy takes {observation_len} observations and gives {action_len} actions; the Ant has \
+        "the policy takes {observation_len} observations and returns {action_len} actions; the Ant has \
          {OBSERVATION_LEN} and {ACTION_LEN}"
     )]
     OtherRobot {
-        /// What the policy takes.
+        /// Inputs of the policy.
         observation_len: usize,
-        /// What the policy gives.
+        /// Outputs of the policy.
         action_len: usize,
     },
-    /// It cannot walk yet.
-    #[error("the robot fell in {fell} of {trials} trials, at most half may")]
+    /// The policy falls too often.
+    #[error("the robot fell in {fell} of {trials} trials; at most half are allowed")]
     Fell {
-        /// Trials that ended early.
+        /// Trials in which it fell.
         fell: usize,
         /// All trials.
         trials: usize,
     },
-    /// It moves, but not in strides.
+    /// The motion does not repeat.
     #[error("no stride in {trials} trials")]
     NoStride {
-        /// Trials looked at.
+        /// All trials.
         trials: usize,
         /// Why.
         source: StrideError,
@@ -67,60 +67,28 @@ pub enum RecordError {
     File(#[from] FileError),
 }
 
-/// What of every trial is averaged.
+/// Which part of every trial is averaged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
-    /// All strides, each as long as it lasts.
+    /// All strides, each over its own duration.
     Strides,
-    /// One window of so many seconds, as in the paper.
+    /// One window of fixed length, as in the paper.
     Window {
-        /// How many.
+        /// Its length.
         window_s: f64,
     },
 }
 
-/// What was seen over the recorded part of all trials in which the robot stayed up.
-#[derive(Debug, Clone, Serialize)]
+/// A recording: the summary of `record.json`, and the average stride.
+#[derive(Debug, Clone)]
 pub struct Recording {
-    /// Mean duration of a stride, or that of the window.
-    pub period_s: f64,
-    /// The window, where one was asked for: all that is said of strides is then said of windows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub window_s: Option<f64>,
-    /// Strides that the window holds, where there are any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub strides_in_window: Option<f64>,
-    /// Trials played.
-    pub trials: usize,
-    /// Trials in which the robot fell.
-    pub fell: usize,
-    /// Strides in the average.
-    pub strides_averaged: usize,
-    /// Strides unlike the others.
-    pub strides_left_out: usize,
-    /// Correlation of the motion with itself one stride later, or of the trials' windows with their mean.
-    pub likeness: f64,
-    /// Standard deviation about the average stride, action units, in joint order.
-    pub spread: Sample,
-    /// The same in degrees at the policy's own stroke.
-    pub spread_deg: Sample,
-    /// How much of a joint's movement a degree-10 curve keeps, as `fit` fits it; nothing for one that
-    /// stands still.
-    pub polynomial_r2: [Option<f64>; JOINT_COUNT],
-    /// Mean speed along x.
-    pub speed_m_s: f64,
-    /// Mean reward of a control step.
-    pub reward_per_step: f64,
-    /// Mean electrical power, servos and electronics.
-    pub power_w: f64,
-    /// One sample a row of the trajectory.
-    #[serde(skip)]
+    /// Means over the trials.
+    pub summary: RecordSummary,
+    /// The average stride, a row of the trajectory each.
     pub samples: Vec<Sample>,
-    /// Standard deviation about each, action units.
-    #[serde(skip)]
+    /// Standard deviation from each sample, in action units.
     pub deviations: Vec<Sample>,
     /// The degree-10 curves in degrees, with the seam that `fit` takes by default.
-    #[serde(skip)]
     pub fits: Result<[JointFit; JOINT_COUNT], FitError>,
 }
 
@@ -133,7 +101,7 @@ struct Trial {
     fell: bool,
 }
 
-/// The policy's own stroke.
+/// The scale of the policy's own stroke.
 const SCALE: Scale = Scale {
     signs: [1.0; JOINT_COUNT],
     unit_deg: ACTION_DEG,
@@ -142,10 +110,10 @@ const SCALE: Scale = Scale {
     limit_deg: ACTION_DEG,
 };
 
-/// Plays `trials` trials from perturbed starts and averages a part of them.
+/// Plays `trials` trials from perturbed starts and averages a part of each.
 ///
 /// # Errors
-/// [`RecordError`] if the policy fits another robot, falls, or does not stride.
+/// [`RecordError`] if the policy is for another robot, falls too often, or has no stride.
 pub fn record(
     policy: &Policy,
     robot: &Robot,
@@ -169,7 +137,7 @@ pub fn record(
         Part::Strides => (None, stride::average(&setpoints, CONTROL_RATE_HZ)),
         Part::Window { window_s } => (Some(window_s), window::average(&setpoints, CONTROL_RATE_HZ, window_s)),
     };
-    let Stride { period_s, samples, averaged, left_out, deviations, spread, likeness } =
+    let Stride { period_s, samples, averaged, left_out, deviations, spread, correlation } =
         stride.map_err(|source| RecordError::NoStride { trials, source })?;
     let stride_s = window_s.and_then(|_| stride::period_s(&setpoints, CONTROL_RATE_HZ));
     let fits = fit_samples(&samples, window_s);
@@ -177,7 +145,7 @@ pub fn record(
         fits.as_ref().map_or([None; JOINT_COUNT], |fits| fits.each_ref().map(|f| f.series.r2));
     let steps = stayed.iter().map(|trial| trial.setpoints.len()).sum::<usize>() as f64;
     let mean = |value: fn(&Trial) -> f64| stayed.iter().map(|trial| value(trial)).sum::<f64>() / steps;
-    Ok(Recording {
+    let summary = RecordSummary {
         period_s,
         window_s,
         strides_in_window: stride_s.map(|stride_s| period_s / stride_s),
@@ -185,34 +153,32 @@ pub fn record(
         fell,
         strides_averaged: averaged,
         strides_left_out: left_out,
-        likeness,
+        correlation,
         spread,
         spread_deg: spread.map(|spread| spread * ACTION_DEG),
         polynomial_r2,
         speed_m_s: mean(|trial| trial.speed),
         reward_per_step: mean(|trial| trial.reward),
         power_w: mean(|trial| trial.servo_power_w) + robot.power.electronics_w,
-        samples,
-        deviations,
-        fits,
-    })
+    };
+    Ok(Recording { summary, samples, deviations, fits })
 }
 
-/// As `fit` does it where nobody says how strides join.
+/// The curves with the seam that `fit` takes by default.
 fn fit_samples(samples: &[Sample], window_s: Option<f64>) -> Result<[JointFit; JOINT_COUNT], FitError> {
     fit_with(samples, Seam::usual(window_s.is_some()))
 }
 
-/// At the policy's own stroke.
+/// The curves at the policy's own stroke.
 fn fit_with(samples: &[Sample], seam: Seam) -> Result<[JointFit; JOINT_COUNT], FitError> {
     fit::fit(samples, &SCALE, seam)
 }
 
-/// The trials in order, shared out over the processor's cores.
+/// The trials in order, distributed over the processor's cores.
 fn play_all(policy: &Policy, robot: &Robot, mut env: AntEnvConfig, seed: u64, trials: usize) -> Vec<Trial> {
-    // No time limit: the trial's length is decided here.
+    // No time limit: the trial has its own length.
     env.episode_steps = 0;
-    // The twin itself: strides of many robots have no common mean.
+    // The described robot: strides of varied robots have no common mean.
     env.randomisation = Randomisation::NONE;
     let mut played = vec![Trial::default(); trials];
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(trials).max(1);

@@ -1,25 +1,27 @@
-//! Twin delayed deep deterministic policy gradients: the paper's learner.
+//! TD3, twin delayed deep deterministic policy gradients: the paper's learner.
 //!
-//! Owns the algorithm and a run's learning files. Refuses to know rapier: a
-//! task is an [`Env`]. The same seed gives the same run bit for bit on the same
-//! machine and [`device::Device`], interrupted or not; of CUDA that is not known.
+//! Holds the algorithm and a run's learning files. Does not depend on a simulator: a
+//! task is an [`Env`], and what configures learner and task together is
+//! `learn::run_config`. The same seed gives the same run bit for bit on the same
+//! machine and [`device::Device`], interrupted or not; for CUDA this was not tested.
 //!
-//! `configs/paper.toml` is the paper, each reading with its reason. What no
-//! number in that file can undo, and why:
-//! - A round's transitions are gathered while the round before is learned, so
-//!   that neither core waits: the actions that a round learns from first are
-//!   one round older than in algorithm 1.
-//! - Time limits are not ends: a truncated episode's last state keeps its
-//!   value. The authors' code ignores every end instead.
-//! - Rewards are not normalised, as in the text; the authors' code does so.
-//! - Every transition is learned from as soon as it is there; the Tianshou of
-//!   the authors kept whole episodes only and so gathered about 80 steps an
-//!   update where it was asked for 10.
-//! - The actor moves on updates 2, 4, 6 as in TD3's paper; Tianshou's counts
-//!   from 0 and moves it on 1, 3, 5.
+//! `configs/paper.toml` follows the paper, with a reason for each choice between
+//! readings. Where this code deviates from the paper or from the authors' code
+//! whatever the file says, and why:
+//! - A round's transitions are gathered while the learner works on the round before,
+//!   so that neither core waits: the weights that gather are one round older than in
+//!   algorithm 1.
+//! - A time limit is not terminal: the last state of a truncated episode is
+//!   bootstrapped. The authors' code ignores every end instead.
+//! - Rewards are not normalised, as in the text; the authors' code normalises them.
+//! - Every transition enters the replay buffer at the end of its round. The Tianshou of
+//!   the authors stored whole episodes only and so gathered about 80 steps an update
+//!   where it was asked for 10.
+//! - The actor is updated on updates 2, 4, 6 as in TD3's paper; Tianshou counts from 0
+//!   and updates it on 1, 3, 5.
 //!
-//! `configs/walk.toml`, `quick.toml` and `robust.toml` deviate further and say why
-//! beside each number.
+//! `configs/walk.toml`, `quick.toml`, `robust.toml` and `psto.toml` deviate further and
+//! say why beside each number.
 
 pub mod adam;
 pub mod agent;
@@ -35,10 +37,9 @@ pub mod learner;
 pub mod networks;
 pub mod outcome;
 pub mod policy;
-pub mod preset;
+pub mod policy_description;
 pub mod random;
 pub mod replay;
-pub mod run_config;
 pub mod tensor_file;
 #[cfg(feature = "torch")]
 pub mod torch;
@@ -46,8 +47,5 @@ pub mod trainer;
 
 use crate::env::Env;
 
-/// What the best policy is, beside it in the run folder.
-pub const POLICY_DESCRIPTION: &str = "policy.json";
-
-/// Builds a task; every call builds the same.
+/// Builds a task; every call builds an equal one.
 pub type MakeEnv<'a> = &'a (dyn Fn() -> Box<dyn Env> + Sync);

@@ -1,6 +1,6 @@
 //! Where an axis begins and ends, and what is written along it.
 //!
-//! Owns the choice of round numbers and their text.
+//! Holds the choice of round numbers and their text. Does not depend on drawing.
 
 /// Steps between labels, times a power of ten.
 const DECIMAL: [f64; 3] = [1.0, 2.0, 5.0];

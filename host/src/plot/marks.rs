@@ -1,8 +1,8 @@
 //! How points look: dots, lines, bands, diamonds, whiskers.
 //!
-//! Owns their shapes and sizes, in a panel and in a legend.
+//! Holds their shapes and sizes, in a panel and in a legend.
 
-use super::svg::{Area, Chart, FINE, fine};
+use super::canvas::{Area, Chart, FINE, fine};
 use super::{Colour, Layer, Mark, Panel, PlotError};
 use plotters::prelude::*;
 

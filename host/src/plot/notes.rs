@@ -1,6 +1,6 @@
 //! Where notes are written: beside their places, and clear of each other.
 
-use super::svg::{Area, Chart, TICK_PX, fine, text_width_px};
+use super::canvas::{Area, Chart, TICK_PX, fine, text_width_px};
 use super::{Note, Panel, Side};
 
 /// From the middle of a mark to its note.

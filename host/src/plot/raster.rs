@@ -1,7 +1,7 @@
 //! Figures in pixels, for slides and for programs that know no SVG.
 //!
-//! Owns the font: Noto Sans, which travels in the program, so that the same
-//! figure is the same picture on every machine. Refuses what resvg refuses.
+//! Holds the font: Noto Sans, built into the program, so that the same figure is
+//! the same picture on every machine. Does not depend on what a figure shows.
 
 use super::PlotError;
 use resvg::tiny_skia::{Pixmap, Transform};

@@ -1,20 +1,16 @@
-//! Puts a figure on paper.
+//! Draws a figure as SVG.
 //!
-//! Owns sizes and places. plotters knows whole pixels only, so that everything
-//! is drawn [`FINE`] times as large and shown that much smaller.
+//! Holds where the panels, the legend and the axes lie. Does not depend on what a
+//! figure shows.
 
+use super::canvas::{
+    Area, Chart, FINE, FRAME, GRID, INK, LETTER_WIDTH, MARGIN_PX, TEXT_PX, TICK_PX, TITLE_PX, fine,
+    printable, text_width_px,
+};
 use super::{Axis, Colour, Entry, Figure, Panel, PlotError, Side, marks, notes};
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Units of the drawing in a pixel of the picture.
-pub const FINE: u32 = 8;
-pub const TITLE_PX: f64 = 17.0;
-pub const TEXT_PX: f64 = 13.0;
-pub const TICK_PX: f64 = 12.0;
-/// Around everything.
-pub const MARGIN_PX: u32 = 12;
 /// Of a line of the legend.
 const LEGEND_ROW_PX: u32 = 22;
 const TITLE_ROW_PX: u32 = 30;
@@ -22,27 +18,10 @@ const TITLE_ROW_PX: u32 = 30;
 const SWATCH_PX: u32 = 28;
 /// Between entries of the legend.
 const GAP_PX: u32 = 26;
-/// Widest a letter is on average in the fonts that browsers take for sans-serif, in heights.
-const LETTER_WIDTH: f64 = 0.58;
-
-pub const INK: Colour = Colour(38, 38, 38);
-pub const GRID: Colour = Colour(228, 228, 228);
-pub const FRAME: Colour = Colour(150, 150, 150);
-
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-pub const fn fine(px: u32) -> i32 {
-    (px * FINE) as i32
-}
-
 fn font(px: f64, colour: Colour, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
     // plotters writes the size divided by 1.24.
     let size = px * 1.24 * f64::from(FINE);
     ("sans-serif", size).into_font().color(&colour).pos(Pos::new(horizontal, vertical))
-}
-
-pub fn text_width_px(text: &str, px: f64) -> u32 {
-    (text.chars().count() as f64 * px * LETTER_WIDTH).ceil() as u32
 }
 
 pub fn draw(figure: &Figure) -> Result<String, PlotError> {
@@ -79,12 +58,6 @@ fn shown_smaller(svg: &str, (width_px, height_px): (u32, u32)) -> String {
     let (wide, high) = (width_px * FINE, height_px * FINE);
     let drawn = format!("width=\"{wide}\" height=\"{high}\" viewBox");
     svg.replacen(&drawn, &format!("width=\"{width_px}\" height=\"{height_px}\" viewBox"), 1)
-}
-
-/// XML has no place for control characters and for two others, not even escaped.
-pub fn printable(text: &str) -> String {
-    let has_place = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
-    text.chars().map(|c| if has_place(c) { c } else { '?' }).collect()
 }
 
 /// As much of a text as fits, and a mark where it does not.
@@ -185,12 +158,6 @@ fn write_notes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotErro
     }
     Ok(())
 }
-
-pub type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
 
 /// Numbers and names along the axes, in the panel's own pixels.
 fn label_axes(area: &Area, panel: &Panel, chart: &Chart) -> Result<(), PlotError> {

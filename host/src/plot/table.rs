@@ -1,9 +1,9 @@
 //! A table as a picture, in the look of the figures.
 //!
-//! Owns the widths of its columns. The first columns hold words and stand
+//! Holds the widths of its columns. The first columns hold words and stand
 //! left, the others numbers and stand right.
 
-use super::svg::{FRAME, GRID, INK, MARGIN_PX, TEXT_PX, TITLE_PX, printable, text_width_px};
+use super::canvas::{FRAME, GRID, INK, MARGIN_PX, TEXT_PX, TITLE_PX, printable, text_width_px};
 use super::{Colour, PlotError};
 use quick_xml::escape::escape;
 use std::fmt::Write as _;

@@ -1,12 +1,15 @@
 //! Finds a robot's parts among a file's bodies and joints.
 //!
-//! Bodies that are fixed to each other are one part. Refuses whatever is no
-//! tree of one torso, four thighs and four shins, by the name that is wrong.
+//! Bodies that are fixed to each other are one part. Does not depend on
+//! the file's format. What is not a tree of one torso, four thighs and four shins
+//! is refused by the name that is wrong.
 
-use super::drawn::{Drawn, DrawnLeg, Hinge, Kind, Part, Piece, Raw, RawBody, RawJoint, weld};
+use super::drawn::{Drawn, DrawnLeg, Part, Piece, weld};
 use super::error::ModelError;
+use super::raw::{Hinge, Kind, Raw, RawBody, RawJoint};
 use super::sections::Model;
 use nalgebra::Isometry3;
+use protocol::LEG_COUNT;
 
 /// How bodies hang together.
 pub struct Assembly<'r> {
@@ -18,10 +21,10 @@ pub struct Assembly<'r> {
 }
 
 impl<'r> Assembly<'r> {
-    /// Finds who carries whom.
+    /// Finds each body's parent joint and part.
     ///
     /// # Errors
-    /// [`ModelError`] for names that are there twice, and what is no tree.
+    /// [`ModelError`] for names that are there twice, and bodies that form no tree.
     pub fn new(raw: &'r Raw) -> Result<Self, ModelError> {
         for (k, body) in raw.bodies.iter().enumerate() {
             if raw.bodies[..k].iter().any(|other| other.name == body.name) {
@@ -140,9 +143,9 @@ impl<'r> Assembly<'r> {
         if self.carriers[torso_root].is_some() || !self.raw.bodies[torso_root].free {
             return Err(ModelError::Held { body: name_of(torso_root) });
         }
-        let mut hips = [0; 4];
-        let mut knees = [0; 4];
-        for leg in 0..4 {
+        let mut hips = [0; LEG_COUNT];
+        let mut knees = [0; LEG_COUNT];
+        for leg in 0..LEG_COUNT {
             hips[leg] = self.hinge("model.hips", &model.hips[leg])?;
             knees[leg] = self.hinge("model.knees", &model.knees[leg])?;
         }
@@ -159,8 +162,8 @@ impl<'r> Assembly<'r> {
         let scaled =
             model.scaled.iter().map(|name| self.body("model.scaled", name)).collect::<Result<Vec<_>, _>>()?;
         let mut roots = vec![torso_root];
-        let mut legs = Vec::with_capacity(4);
-        for leg in 0..4 {
+        let mut legs = Vec::with_capacity(LEG_COUNT);
+        for leg in 0..LEG_COUNT {
             let (hip, knee) = (&self.raw.joints[hips[leg]], &self.raw.joints[knees[leg]]);
             let elsewhere = |field, name: &str, on: usize, must: String| ModelError::Elsewhere {
                 field,
@@ -206,7 +209,7 @@ impl<'r> Assembly<'r> {
             return Err(ModelError::NotPositive { what, value: torso_part[0].inertia.mass_kg });
         }
         // Four were pushed.
-        match <[DrawnLeg; 4]>::try_from(legs) {
+        match <[DrawnLeg; LEG_COUNT]>::try_from(legs) {
             Ok(legs) => Ok(Drawn { text, torso: torso_part, legs }),
             Err(_) => Err(ModelError::Loose { body: name_of(torso_root) }),
         }

@@ -1,9 +1,14 @@
-//! `robot.toml` as people write it: what the drawing says, they may leave out.
+//! Reads `robot.toml` and the drawing that it names.
+//!
+//! Holds what is optional in the file: lengths and masses default to the drawing's.
+//! Does not depend on the numbers' bounds.
 
+use super::assembly::Assembly;
 use super::drawn::Drawn;
 use super::error::{ModelError, RobotError};
+use super::leg_scale::{LEG_SCALE_RANGE, LegScale};
 use super::sections::{Geometry, Ground, Mass, Model, Power, Servo, Supply, TwinRecord};
-use super::{Robot, limbs};
+use super::{Robot, limbs, mjcf, urdf};
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -31,6 +36,7 @@ const NO_LONGER: &str = "hip_twist_rad_per_n_m";
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GeometryDocument {
+    /// Unchecked, so that the refusal names the field as every other does.
     leg_scale: Option<f64>,
     shin_below_horizontal_deg: Option<f64>,
     foot_radius_m: Option<f64>,
@@ -73,10 +79,15 @@ pub fn read(
         path: path.to_owned(),
         source: Box::new(source),
     };
+    let leg_scale = geometry.leg_scale.map_or(Ok(LegScale::LONG), LegScale::new).map_err(|_| {
+        let (min, max) = LEG_SCALE_RANGE;
+        let value = geometry.leg_scale.unwrap_or_default();
+        RobotError::OutOfRange { field: "geometry.leg_scale", value, min, max }
+    })?;
     // The name is checked before anything of that name is read.
-    Drawn::check_name(&model).map_err(|error| refused(file, error))?;
+    check_name(&model).map_err(|error| refused(file, error))?;
     let model_text = read_model(&model.file)?;
-    let (drawn, geometry) = draw(&model, model_text, &geometry)
+    let (drawn, geometry) = draw(&model, model_text, &geometry, leg_scale)
         .map_err(|error| refused(&file.with_file_name(&model.file), error))?;
     let mass = Mass { torso_kg: mass.torso_kg.unwrap_or(drawn.torso[0].inertia.mass_kg) };
     let drawn = Arc::new(drawn);
@@ -84,14 +95,30 @@ pub fn read(
 }
 
 /// The drawing, and its geometry where the description says nothing.
-fn draw(model: &Model, text: String, said: &GeometryDocument) -> Result<(Drawn, Geometry), ModelError> {
-    let drawn = Drawn::read(model, text)?;
+fn draw(
+    model: &Model,
+    text: String,
+    said: &GeometryDocument,
+    leg_scale: LegScale,
+) -> Result<(Drawn, Geometry), ModelError> {
+    let drawn = read_drawing(model, text)?;
     let slope = said.shin_below_horizontal_deg.map_or_else(|| limbs::drawn_slope_deg(&drawn), Ok)?;
     let foot_radius_m = said.foot_radius_m.map_or_else(|| limbs::drawn_radius_m(&drawn), Ok)?;
-    let geometry = Geometry {
-        leg_scale: said.leg_scale.unwrap_or(1.0),
-        shin_below_horizontal_deg: slope,
-        foot_radius_m,
-    };
+    let geometry = Geometry { leg_scale, shin_below_horizontal_deg: slope, foot_radius_m };
     Ok((drawn, geometry))
+}
+
+/// Reads a body's file, MJCF or URDF by its name.
+pub fn read_drawing(model: &Model, text: String) -> Result<Drawn, ModelError> {
+    let raw = if model.file.ends_with(".urdf") { urdf::read(&text)? } else { mjcf::read(&text)? };
+    Assembly::new(&raw)?.assemble(model, text)
+}
+
+/// Accepts only a file beside the description, of one of the two formats.
+fn check_name(model: &Model) -> Result<(), ModelError> {
+    let known = model.file.ends_with(".xml") || model.file.ends_with(".urdf");
+    if known && !model.file.contains(['/', '\\']) {
+        return Ok(());
+    }
+    Err(ModelError::Name { file: model.file.clone() })
 }

@@ -12,8 +12,8 @@ pub enum RobotError {
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The file is no robot description.
-    #[error("{path} is no robot description")]
+    /// The text is not TOML, or lacks a field or has one too many.
+    #[error("{path} is not a robot description")]
     Parse {
         /// Which file.
         path: PathBuf,
@@ -21,14 +21,14 @@ pub enum RobotError {
         source: Box<toml::de::Error>,
     },
     /// The robot's body cannot be used.
-    #[error("{path} holds no body that can walk here")]
+    #[error("the body in {path} cannot be used")]
     Model {
         /// The body's file.
         path: PathBuf,
         /// Why.
         source: Box<ModelError>,
     },
-    /// A number that no such robot can have.
+    /// A number outside its bounds, or NaN.
     #[error("robot description: {field} is {value}, but must be within {min} to {max}; correct the value")]
     OutOfRange {
         /// Path of the field in the file.
@@ -40,7 +40,7 @@ pub enum RobotError {
         /// Most allowed.
         max: f64,
     },
-    /// A standard deviation that is none.
+    /// A negative, huge or NaN standard deviation.
     #[error(
         "robot description: twin.spread gives {name} the standard deviation {value}, but it must be within 0 \
          to 1000; correct the value, or fit the robot again"
@@ -51,21 +51,21 @@ pub enum RobotError {
         /// What it says.
         value: f64,
     },
-    /// It was written when robots had a number that they no longer have.
+    /// It has a number that descriptions no longer have.
     #[error(
-        "{path} says {name}, of an older release, whose robots were other ones; repeat the run or the \
-         fit, or delete that line"
+        "{path} has {name}, which descriptions of an older release had; repeat the run or the fit, or \
+         delete that line"
     )]
     NoLonger {
         /// The file.
         path: PathBuf,
-        /// What is no longer said.
+        /// The field.
         name: &'static str,
     },
-    /// It was written when a robot was one file.
+    /// A robot in one file; a robot is a folder.
     #[error(
-        "{path} has no [model]: it is a robot in one file, of an older release, and a robot is a folder \
-         now; repeat the run, or name a robot's folder"
+        "{path} has no [model]: it is a robot in one file, of an older release; repeat the run, or name a \
+         robot's folder"
     )]
     OldFile {
         /// The file.
@@ -82,34 +82,34 @@ pub enum ModelError {
         /// As in the description.
         file: String,
     },
-    /// No such robot is that large a file.
-    #[error("it has {bytes} bytes, but must have at most {most}; leave out what is only to be looked at")]
+    /// A file too large for a parser.
+    #[error("it has {bytes} bytes, but must have at most {most}; leave out what is drawn for looks only")]
     TooLong {
         /// How many.
         bytes: usize,
         /// Limit.
         most: usize,
     },
-    /// Elements in elements in elements.
+    /// Elements nested too deep for a parser's stack.
     #[error("its elements are nested more than {most} deep; is a closing tag missing?")]
     TooDeep {
         /// Limit.
         most: usize,
     },
-    /// No parser would get far.
-    #[error("it is no XML; correct what the cause names")]
+    /// Text that is not XML.
+    #[error("it is not XML; correct what the cause names")]
     Xml(#[source] Box<quick_xml::Error>),
     /// A body in several files cannot be kept with a run.
-    #[error("it takes in other files by <{tag}>; put everything into one file")]
+    #[error("it includes other files with <{tag}>; put everything into one file")]
     Include {
         /// Which element does.
         tag: &'static str,
     },
-    /// No MJCF.
-    #[error("it is no MJCF")]
+    /// XML that is not MJCF.
+    #[error("it is not MJCF")]
     Mjcf(#[source] Box<mjcf_rs::ParseError>),
-    /// No URDF.
-    #[error("it is no URDF")]
+    /// XML that is not URDF.
+    #[error("it is not URDF")]
     Urdf(#[source] Box<urdf_rs::UrdfError>),
     /// NaN, infinite or far too large.
     #[error("{what} has the number {value}, but must be within -{most} to {most}; correct it")]
@@ -140,7 +140,7 @@ pub enum ModelError {
         /// What it is.
         shape: &'static str,
     },
-    /// A name that a joint or body has that is none.
+    /// A name in robot.toml that the body's file does not have.
     #[error("{field} names {name:?}, but the file has {has}; correct the name")]
     Unknown {
         /// Field of robot.toml.
@@ -150,13 +150,13 @@ pub enum ModelError {
         /// What there is.
         has: String,
     },
-    /// Two of one name.
-    #[error("two things have the name {name:?}; give each its own")]
+    /// Two joints or two bodies with the same name.
+    #[error("the name {name:?} is there twice; give each its own")]
     Twice {
         /// The name.
         name: String,
     },
-    /// Something moves that no servo moves.
+    /// A joint that no servo moves.
     #[error(
         "joint {name:?} is a {kind}, but only the eight hinges of model.hips and model.knees may move; make \
          it fixed, or name it there"
@@ -167,14 +167,14 @@ pub enum ModelError {
         /// What it is.
         kind: &'static str,
     },
-    /// A tree is expected.
-    #[error("body {body:?} hangs on itself or on two joints; a robot is a tree")]
+    /// Bodies that do not form a tree.
+    #[error("body {body:?} is its own ancestor or has two parents; a robot is a tree")]
     Loop {
         /// The body.
         body: String,
     },
-    /// A body in the air.
-    #[error("body {body:?} is no part of the robot; leave it out, or fix it to a part")]
+    /// A body that is not connected to the torso.
+    #[error("body {body:?} is not connected to the robot; leave it out, or fix it to a part")]
     Loose {
         /// The body.
         body: String,
@@ -199,10 +199,10 @@ pub enum ModelError {
         /// What it must sit on.
         must: String,
     },
-    /// A part that weighs nothing or turns as nothing real does.
+    /// Mass or moments of inertia that no rigid body can have.
     #[error(
-        "the part with {body:?} has {mass_kg} kg and moments of inertia {moments:?} kg m^2: no body has; give \
-         it a mass and inertia"
+        "the part with {body:?} has {mass_kg} kg and moments of inertia {moments:?} kg m^2, which no \
+         rigid body can have; correct them"
     )]
     Inertia {
         /// The first body of the part.
@@ -212,14 +212,16 @@ pub enum ModelError {
         /// Its principal moments.
         moments: [f64; 3],
     },
-    /// The loader ignores it, and so would turn the inertia.
-    #[error("link {link:?} has an <inertial> that is turned (rpy); give its inertia along the link's axes")]
+    /// A rotated inertial frame, which the loader would ignore.
+    #[error("link {link:?} has a rotated <inertial> (rpy); give its inertia along the link's axes")]
     TurnedInertia {
         /// The link.
         link: String,
     },
-    /// A joint's range that is none.
-    #[error("joint {joint:?} may turn from {low} to {high} rad; give it a range, or none at all")]
+    /// An empty joint range.
+    #[error(
+        "joint {joint:?} has the range {low} to {high} rad; the first must be below the second, or leave it out"
+    )]
     Range {
         /// The joint.
         joint: String,
@@ -248,7 +250,7 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
-    /// The description has to decide.
+    /// Legs that differ where the description gives one number for all.
     #[error("the legs' {what} differ, from {least} to {most}; draw them alike, or set {field}")]
     Unlike {
         /// What of the legs.
@@ -260,7 +262,7 @@ pub enum ModelError {
         /// The field that overrides it.
         field: &'static str,
     },
-    /// Neutral that the joint cannot reach.
+    /// A neutral position outside the joint's range.
     #[error(
         "joint {joint:?} is to be neutral {neutral_deg:.1} degrees from where it is drawn, but turns from \
          {low_deg:.1} to {high_deg:.1}; change its range or geometry.shin_below_horizontal_deg"

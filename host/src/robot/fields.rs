@@ -1,18 +1,19 @@
 //! The numbers of a description that have bounds, each by its path in the file.
 //!
-//! Owns which there are and how far each may go: `Robot::check` refuses what
-//! lies beyond, whoever changes a number by its name stays within.
+//! Holds their names and bounds: `Robot::check` refuses what lies outside, and
+//! whoever changes a number by its name stays inside. Does not depend on files.
 
-use super::{LEG_SCALE_RANGE, Robot, limbs};
+use super::leg_scale::{LEG_SCALE_RANGE, LegScale};
+use super::{Robot, limbs};
 
-/// One number.
+/// A number of a description.
 #[derive(Debug, Clone, Copy)]
 pub struct Field {
     /// Its path in the file.
     pub name: &'static str,
     /// Reads it.
     pub get: fn(&Robot) -> f64,
-    /// Writes it, whatever it is.
+    /// Writes it, whatever it is; a leg scale is held within its range.
     pub set: fn(&mut Robot, f64),
     bounds: Bounds,
 }
@@ -41,7 +42,12 @@ macro_rules! field {
 /// All of them.
 pub const FIELDS: [Field; 22] = [
     field!("joint_limit_deg", 1.0 to 90.0, joint_limit_deg),
-    field!("geometry.leg_scale", Bounds::Between(LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1), geometry.leg_scale),
+    Field {
+        name: "geometry.leg_scale",
+        get: |robot| robot.geometry.leg_scale.value(),
+        set: |robot, value| robot.geometry.leg_scale = LegScale::clamped(value),
+        bounds: Bounds::Between(LEG_SCALE_RANGE.0, LEG_SCALE_RANGE.1),
+    },
     field!("geometry.shin_below_horizontal_deg", 0.0 to 90.0, geometry.shin_below_horizontal_deg),
     field!("geometry.foot_radius_m", Bounds::Foot, geometry.foot_radius_m),
     field!("mass.torso_kg", 0.01 to 20.0, mass.torso_kg),
@@ -77,7 +83,7 @@ impl Field {
         match self.bounds {
             Bounds::Between(min, max) => (min, max),
             Bounds::Foot => {
-                let scale = robot.geometry.leg_scale.max(0.0);
+                let scale = robot.geometry.leg_scale.value();
                 (0.001, 0.004 + limbs::shortest_drawn_shin_m(&robot.drawn) * scale / 4.0)
             }
         }

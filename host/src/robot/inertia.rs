@@ -1,7 +1,7 @@
 //! Mass, centre and moments of a body, in double precision.
 //!
-//! Owns welding bodies together and stretching one along a line. Knows
-//! nothing of joints.
+//! Holds how bodies are welded together and stretched along a line. Does not
+//! depend on joints.
 
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 

@@ -1,22 +1,25 @@
 //! The body that a description makes of a drawing.
 //!
-//! Owns the overrides: leg scale, the shins' slope at neutral, foot radius,
-//! torso mass. All angles here are from neutral. What it makes is whole for
-//! any finite numbers; [`check_neutral`] tells whether it is what was asked.
+//! Holds the overrides: leg scale, the shins' slope at neutral, foot radius,
+//! torso mass. All angles here are from neutral. The result is valid for
+//! any finite numbers; [`check_neutral`] tells whether it has the slope that was
+//! asked. Does not depend on files.
 
 use super::Robot;
-use super::drawn::{Drawn, DrawnLeg, Hinge, Part, weld};
+use super::drawn::{Drawn, DrawnLeg, Part, weld};
 use super::error::ModelError;
 use super::inertia::{Inertia, Stretch};
+use super::raw::Hinge;
 use super::solid::Solid;
 use core::f64::consts::PI;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use protocol::{JOINT_COUNT, LEG_COUNT};
 
 /// Legs are drawn by hand: within these they are alike.
 const ALIKE_DEG: f64 = 0.1;
 const ALIKE_M: f64 = 1e-5;
 
-/// What moves as one.
+/// Bodies that move as one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// In its own frame.
@@ -25,14 +28,14 @@ pub struct Link {
     pub solids: Vec<Solid>,
 }
 
-/// A leg; its hinges read 0 at neutral.
+/// A leg; the angles of its hinges are 0 at neutral.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
     /// Torso to thigh.
     pub hip: Hinge,
     /// Thigh to shin.
     pub knee: Hinge,
-    /// Between the two.
+    /// Between hip and knee.
     pub thigh: Link,
     /// Below the knee.
     pub shin: Link,
@@ -46,7 +49,7 @@ pub struct Limbs {
     /// In the robot's frame: z up, x forward.
     pub torso: Link,
     /// Legs 1 to 4.
-    pub legs: [Leg; 4],
+    pub legs: [Leg; LEG_COUNT],
     /// Of all feet.
     pub foot_radius_m: f64,
 }
@@ -74,7 +77,7 @@ impl Limbs {
     /// How high the level torso's frame stands over the ground, resting on
     /// whatever is lowest.
     #[must_use]
-    pub fn standing_height_m(&self, joint_angles_rad: &[f64; 8]) -> f64 {
+    pub fn standing_height_m(&self, joint_angles_rad: &[f64; JOINT_COUNT]) -> f64 {
         let of = |link: &Link, pose: &Isometry3<f64>| {
             link.solids.iter().map(|solid| solid.lowest_m(pose)).fold(f64::INFINITY, f64::min)
         };
@@ -91,10 +94,10 @@ impl Limbs {
     /// What each joint carries next, about its axis: the least that a torque
     /// there has to turn. Hips 1 to 4, then knees.
     #[must_use]
-    pub fn carried_kg_m2(&self) -> [f64; 8] {
+    pub fn carried_kg_m2(&self) -> [f64; JOINT_COUNT] {
         core::array::from_fn(|j| {
-            let leg = &self.legs[j % 4];
-            let (hinge, link) = if j < 4 { (&leg.hip, &leg.thigh) } else { (&leg.knee, &leg.shin) };
+            let leg = &self.legs[j % LEG_COUNT];
+            let (hinge, link) = if j < LEG_COUNT { (&leg.hip, &leg.thigh) } else { (&leg.knee, &leg.shin) };
             let about = link.inertia.moved(&hinge.in_child.inverse());
             let off_axis_m = about.centre_m.y.hypot(about.centre_m.z);
             about.tensor_kg_m2[(0, 0)] + about.mass_kg * off_axis_m * off_axis_m
@@ -104,11 +107,11 @@ impl Limbs {
     /// How far each joint turns from neutral: its own range or the servo's end
     /// stop, whichever is tighter. Hips 1 to 4, then knees.
     #[must_use]
-    pub fn stops_rad(&self, robot: &Robot) -> [[f64; 2]; 8] {
+    pub fn stops_rad(&self, robot: &Robot) -> [[f64; 2]; JOINT_COUNT] {
         let stop_rad = robot.servo.end_stop_deg.to_radians();
         core::array::from_fn(|j| {
-            let leg = &self.legs[j % 4];
-            let [low, high] = if j < 4 { &leg.hip } else { &leg.knee }
+            let leg = &self.legs[j % LEG_COUNT];
+            let [low, high] = if j < LEG_COUNT { &leg.hip } else { &leg.knee }
                 .range_rad
                 .unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             [low.max(-stop_rad), high.min(stop_rad)]
@@ -117,8 +120,8 @@ impl Limbs {
 }
 
 /// Hip and knee of each leg.
-fn pairs(joint_angles_rad: &[f64; 8]) -> [[f64; 2]; 4] {
-    core::array::from_fn(|leg| [joint_angles_rad[leg], joint_angles_rad[4 + leg]])
+fn pairs(joint_angles_rad: &[f64; JOINT_COUNT]) -> [[f64; 2]; LEG_COUNT] {
+    core::array::from_fn(|leg| [joint_angles_rad[leg], joint_angles_rad[LEG_COUNT + leg]])
 }
 
 fn link(part: &Part) -> Link {
@@ -152,7 +155,7 @@ fn stretch_of(part: &Part, from_m: Point3<f64>, to_m: Point3<f64>, leg_scale: f6
 
 impl Leg {
     fn of(robot: &Robot, drawn: &DrawnLeg) -> Self {
-        let scale = robot.geometry.leg_scale;
+        let scale = robot.geometry.leg_scale.value();
         let hip_m: Point3<f64> = drawn.hip.in_child.translation.vector.into();
         let knee_m: Point3<f64> = drawn.knee.in_parent.translation.vector.into();
         let thigh_stretch = stretch_of(&drawn.thigh, hip_m, knee_m, scale);
@@ -223,7 +226,12 @@ impl Slopes {
 }
 
 /// The one value that all legs have as drawn.
-fn alike(values: [f64; 4], within: f64, what: &'static str, field: &'static str) -> Result<f64, ModelError> {
+fn alike(
+    values: [f64; LEG_COUNT],
+    within: f64,
+    what: &'static str,
+    field: &'static str,
+) -> Result<f64, ModelError> {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if most - least <= within { Ok(values[0]) } else { Err(ModelError::Unlike { what, least, most, field }) }
@@ -231,7 +239,7 @@ fn alike(values: [f64; 4], within: f64, what: &'static str, field: &'static str)
 
 /// The shins' slope as drawn.
 pub fn drawn_slope_deg(drawn: &Drawn) -> Result<f64, ModelError> {
-    let slopes: [f64; 4] = core::array::from_fn(|leg| {
+    let slopes: [f64; LEG_COUNT] = core::array::from_fn(|leg| {
         let slope_deg = Slopes::of(&drawn.legs[leg]).at_rad(0.0).to_degrees();
         // Loaders keep rotations in single precision.
         (slope_deg * 1e4).round() / 1e4
@@ -241,7 +249,7 @@ pub fn drawn_slope_deg(drawn: &Drawn) -> Result<f64, ModelError> {
 
 /// The feet's radius as drawn.
 pub fn drawn_radius_m(drawn: &Drawn) -> Result<f64, ModelError> {
-    let radii: [f64; 4] = core::array::from_fn(|leg| drawn.legs[leg].ball().1);
+    let radii: [f64; LEG_COUNT] = core::array::from_fn(|leg| drawn.legs[leg].ball().1);
     alike(radii, ALIKE_M, "feet's radii in metres", "geometry.foot_radius_m")
 }
 
@@ -259,7 +267,7 @@ pub fn check_neutral(robot: &Robot) -> Result<(), ModelError> {
     let asked_deg = robot.geometry.shin_below_horizontal_deg;
     let names = robot.model.hips.iter().chain(&robot.model.knees);
     for (j, joint) in names.enumerate() {
-        let leg = &robot.drawn.legs[j % 4];
+        let leg = &robot.drawn.legs[j % LEG_COUNT];
         let mut neutral_rad = 0.0;
         if j >= 4 {
             let slopes = Slopes::of(leg);
@@ -269,7 +277,7 @@ pub fn check_neutral(robot: &Robot) -> Result<(), ModelError> {
                 return Err(ModelError::Slope { joint: joint.clone(), asked_deg, least_deg, most_deg });
             }
         }
-        let range_rad = if j < 4 { leg.hip.range_rad } else { leg.knee.range_rad };
+        let range_rad = if j < LEG_COUNT { leg.hip.range_rad } else { leg.knee.range_rad };
         let [low, high] = range_rad.unwrap_or([-2.0 * PI, 2.0 * PI]);
         if !(low..=high).contains(&neutral_rad) {
             return Err(ModelError::Neutral {

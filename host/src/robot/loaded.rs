@@ -1,6 +1,7 @@
 //! From what rapier's loaders hand over to bodies in double precision.
 //!
-//! Owns the two checks that both formats need before a loader may see a file.
+//! Holds the two checks that both formats need before a loader may see a file.
+//! Does not depend on either format.
 
 use super::error::ModelError;
 use super::inertia::Inertia;
@@ -14,13 +15,13 @@ use rapier3d::prelude::*;
 const MOST_BYTES: usize = 1 << 20;
 /// Parsers recurse, and a stack ends.
 const MOST_DEPTH: usize = 64;
-/// Metres, kilograms or radians of no robot here.
+/// Largest length, mass or angle that is plausible, in m, kg or rad.
 const MOST: f64 = 1000.0;
 /// What the engine's single precision may differ by, as a share.
 const SINGLE: f64 = 1e-6;
 
 /// Refuses a text that would take a parser's memory or stack, that has parts
-/// in other files by one of the `other_files` elements, or that is no XML.
+/// in other files by one of the `other_files` elements, or that is not XML.
 pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelError> {
     if text.len() > MOST_BYTES {
         return Err(ModelError::TooLong { bytes: text.len(), most: MOST_BYTES });
@@ -51,7 +52,7 @@ pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelE
     }
 }
 
-/// Refuses what is no number, or none of a robot's.
+/// Refuses NaN and numbers beyond +-1000.
 pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
     match values.iter().find(|value| !(-MOST..=MOST).contains(*value)) {
         Some(value) => Err(ModelError::Number { what: what(), value: *value, most: MOST }),

@@ -1,14 +1,14 @@
 //! A body from MJCF, by rapier's loader.
 //!
-//! Owns what the loader would pass over in silence or could not survive:
-//! numbers that are none, shapes that it skips, files in files. Springs,
+//! Checks first what the loader would ignore silently or crash on:
+//! NaN and infinite numbers, shapes that it skips, files in files. Springs,
 //! equalities and tendons are refused; damping, armature, friction, actuators
 //! and the world's own shapes are not read: joints are servos, and those and
 //! the ground are `robot.toml`'s.
 
-use super::drawn::{Hinge, Kind, Raw, RawBody, RawJoint};
 use super::error::ModelError;
 use super::loaded;
+use super::raw::{Hinge, Kind, Raw, RawBody, RawJoint};
 use rapier3d::dynamics::JointAxesMask;
 use rapier3d_mjcf::mjcf_rs::body::{Body, Geom, GeomType, InertiaSpec, JointType};
 use rapier3d_mjcf::mjcf_rs::compiler::InertiaFromGeom;

@@ -1,7 +1,10 @@
 //! The sections of `robot.toml`.
 //!
-//! Owns the fields and what they mean; their bounds stand in `super::fields`.
+//! Holds the fields and what they mean. Does not depend on their bounds, which
+//! are in `super::fields`.
 
+use super::leg_scale::LegScale;
+use protocol::LEG_COUNT;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -14,11 +17,11 @@ pub struct Model {
     /// The body whose frame is the robot's, and whose mass is [`Mass::torso_kg`].
     pub torso: String,
     /// Joints of torso and thighs.
-    pub hips: [String; 4],
+    pub hips: [String; LEG_COUNT],
     /// Joints of thighs and shins.
-    pub knees: [String; 4],
+    pub knees: [String; LEG_COUNT],
     /// Bodies, each with one ball that touches.
-    pub feet: [String; 4],
+    pub feet: [String; LEG_COUNT],
     /// Bodies that the leg scale draws out along their limb, masses with them.
     pub scaled: Vec<String>,
 }
@@ -27,7 +30,7 @@ pub struct Model {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Geometry {
     /// Multiplies the limbs of [`Model::scaled`]; 1 is as drawn.
-    pub leg_scale: f64,
+    pub leg_scale: LegScale,
     /// The shins' slope with the knees at neutral: each knee is turned from
     /// where it is drawn to the nearest angle that gives it.
     pub shin_below_horizontal_deg: f64,

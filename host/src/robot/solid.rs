@@ -1,6 +1,6 @@
 //! The shapes that a robot touches the ground with.
 //!
-//! Owns their lowest point and how they stretch. Four kinds: both file
+//! Holds their lowest point and how they stretch. Four kinds: both file
 //! formats have them, and a leg needs no others.
 
 use super::inertia::Stretch;

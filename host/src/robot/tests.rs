@@ -6,7 +6,7 @@ mod refusals;
 use super::*;
 
 fn ant() -> Robot {
-    Robot::ant(1.0).expect("1.0 is a leg scale")
+    Robot::ant(LegScale::LONG).expect("the Ant")
 }
 
 fn pony() -> Robot {
@@ -50,7 +50,7 @@ fn the_ants_drawing_has_the_masses_and_lengths_that_it_tells() {
 
 #[test]
 fn only_the_shin_of_the_ant_scales_in_length_mass_and_inertia() {
-    let short = Robot::ant(0.6).expect("0.6 is a leg scale");
+    let short = Robot::ant(LegScale::SHORT).expect("the Ant");
 
     let (short_limbs, limbs) = (Limbs::of(&short), Limbs::of(&ant()));
     assert!((ant().mass_kg() - short.mass_kg() - 4.0 * 0.4 * 0.02).abs() < 1e-12);
@@ -66,7 +66,7 @@ fn only_the_shin_of_the_ant_scales_in_length_mass_and_inertia() {
 #[test]
 fn one_scale_draws_out_both_limbs_of_the_pony() {
     let mut long = pony();
-    long.geometry.leg_scale = 1.5;
+    long.geometry.leg_scale = LegScale::new(1.5).expect("a leg scale");
     long.check().expect("a leg scale");
 
     let (long, drawn) = (Limbs::of(&long), Limbs::of(&pony()));

@@ -1,13 +1,13 @@
 //! A body from URDF, by rapier's loader.
 //!
-//! Owns what the loader would pass over in silence or could not survive:
-//! joints of links that are not there, numbers that are none, meshes, turned
+//! Checks first what the loader would ignore silently or crash on:
+//! joints of links that are not there, NaN and infinite numbers, meshes, turned
 //! inertias. Not read: looks, damping, friction, effort and velocity limits:
 //! joints are servos, and those are `robot.toml`'s.
 
-use super::drawn::{Hinge, Kind, Raw, RawBody, RawJoint};
 use super::error::ModelError;
 use super::loaded;
+use super::raw::{Hinge, Kind, Raw, RawBody, RawJoint};
 use rapier3d_urdf::urdf_rs::{self, Geometry, Joint, JointType, Link, Pose};
 use rapier3d_urdf::{UrdfLoaderOptions, UrdfRobot};
 use std::path::Path;

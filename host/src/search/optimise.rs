@@ -1,12 +1,13 @@
-//! Gaits beyond the paper: the trajectory itself, searched in the twin.
+//! Gaits beyond the paper: the trajectory itself, searched in simulation.
 //!
-//! Owns the search and what is known of its outcome. What it finds is a gait
-//! file like any other: the firmware plays it unchanged.
+//! Holds the search and the report on its result. The result is a gait file like
+//! any other, which the firmware plays unchanged. Does not depend on learning.
 
 pub mod basis;
 pub mod figure;
 pub mod front;
 pub mod report;
+pub mod result;
 pub mod score;
 pub mod search;
 pub mod space;

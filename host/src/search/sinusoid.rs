@@ -1,15 +1,15 @@
-//! A sinusoidal gait, found by Bayesian optimisation: the rival of learned gaits.
+//! A sinusoidal gait, found by Bayesian optimisation: the baseline for learned gaits.
 //!
-//! Owns the search and the task that it plays; the gait it ends with is a file
-//! like any other. It is tuned for the very reward that a policy is trained on,
-//! with as many simulated seconds, so that neither side of a comparison had the
-//! better tuning.
+//! Holds the search and the task that it plays. It is tuned for the same reward
+//! that a policy is trained on, with as many simulated seconds, so that neither
+//! side of a comparison had the better tuning. Does not depend on files.
 //!
 //! # Source
 //! Paper, sections 3 and 4: "sinusoid function", tuned by Bayesian optimisation
 //! in the authors' earlier work. What is searched and how is ours: [`wave`].
 
 mod draw;
+pub mod result;
 pub mod search;
 pub mod surrogate;
 pub mod task;

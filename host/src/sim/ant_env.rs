@@ -1,11 +1,11 @@
 //! The Ant's task: walk along the world's x axis at 60 decisions a second.
 //!
-//! Owns the meaning of actions and observations and the end of an episode.
-//! Refuses to know who learns.
+//! Holds the meaning of actions and observations and the end of an episode. Does
+//! not depend on a learner.
 //!
 //! An action is eight position targets, 1 = 45 degrees from neutral, hips 1 to
-//! 4, then knees 1 to 4. The body looks the same from all four sides, so any
-//! of its axes would do; x lies between legs 4 and 1.
+//! 4, then knees 1 to 4. The body is the same on all four sides, so any direction
+//! would do; x lies between legs 4 and 1.
 //!
 //! # Observation
 //! | index | what | unit, frame |
@@ -28,34 +28,35 @@ use super::start::{Perturbation, Start};
 use super::torso::TorsoState;
 use super::world::World;
 use crate::env::{Env, Step};
+use crate::gait::scale::POLICY_DEG_PER_ACTION;
 use crate::robot::Robot;
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use serde::{Deserialize, Serialize};
 
 /// Numbers in an observation.
 pub const OBSERVATION_LEN: usize = 27;
 /// Numbers in an action.
-pub const ACTION_LEN: usize = 8;
+pub const ACTION_LEN: usize = JOINT_COUNT;
 /// Control steps in a second.
-pub const CONTROL_RATE_HZ: f64 = 60.0;
-/// What an action of 1 asks for.
+pub const CONTROL_RATE_HZ: f64 = protocol::FRAME_RATE_HZ as f64;
+/// Degrees from neutral of an action of 1.
 ///
 /// # Source
 /// Paper, Table 1, "joint gear".
-pub const ACTION_DEG: f64 = 45.0;
+pub const ACTION_DEG: f64 = POLICY_DEG_PER_ACTION;
 
-const PHYSICS_STEPS: usize = 4;
 /// Legs whose middle lines are nearer than this touch: two tubes and some servo.
 const TOUCHING_M: f64 = 0.02;
 
-/// How the task is set.
+/// `[env]` of a configuration: the task.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AntEnvConfig {
     /// An episode is cut after this many control steps; 0 never cuts.
     pub episode_steps: u32,
-    /// The setpoint handed to the servos moves no faster than this; without,
-    /// it jumps to the action. A policy that lives with the limit learns a
-    /// gait that servos, and a table played open loop, can follow.
+    /// The setpoint of the servos moves no faster than this; without a limit it
+    /// jumps to the action. A policy trained with the limit learns a gait that
+    /// servos, and a table played open loop, can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slew_limit_rad_s: Option<f64>,
     /// The setpoint stays within this many action units either way. Below 1 it
@@ -65,11 +66,11 @@ pub struct AntEnvConfig {
     /// A torso that leans farther than this has fallen: the episode ends. A
     /// tight limit takes the gain out of lunging forward and toppling over.
     pub max_tilt_rad: f64,
-    /// How far starts differ.
+    /// How much starts differ.
     pub start: Perturbation,
-    /// How far the robots of episodes differ from the described one.
+    /// How much the robots of episodes differ from the described one.
     pub randomisation: Randomisation,
-    /// What is wanted.
+    /// Weights of the reward.
     pub reward: RewardConfig,
 }
 
@@ -92,10 +93,10 @@ impl Default for AntEnvConfig {
 pub struct AntEnv {
     world: World,
     config: AntEnvConfig,
-    /// Where every episode has a robot of its own.
+    /// Samples a robot for each episode, if randomisation is on.
     robots: Option<Robots>,
-    /// In action units, after the slew limit: what the servos are asked for.
-    setpoint_action: [f64; 8],
+    /// The servos' setpoints, in action units, after the slew limit.
+    setpoint_action: [f64; JOINT_COUNT],
     torso: TorsoState,
     steps: u32,
     terms: RewardTerms,
@@ -112,7 +113,7 @@ impl AntEnv {
             world,
             config,
             robots: Robots::like(robot, config.randomisation),
-            setpoint_action: [0.0; 8],
+            setpoint_action: [0.0; JOINT_COUNT],
             torso,
             steps: 0,
             terms: RewardTerms::default(),
@@ -120,10 +121,10 @@ impl AntEnv {
         }
     }
 
-    /// What the servos are asked for now, in action units: the last action
-    /// after the slew limit. This, sampled every step, is the gait to record.
+    /// The servos' present setpoints, in action units: the last action after the
+    /// slew limit. Sampled every step, this is the gait to record.
     #[must_use]
-    pub fn setpoint_action(&self) -> [f64; 8] {
+    pub fn setpoint_action(&self) -> [f64; JOINT_COUNT] {
         self.setpoint_action
     }
 
@@ -139,19 +140,19 @@ impl AntEnv {
         self.servo_power_w
     }
 
-    /// The world, to look at; its robot is the episode's.
+    /// The world, with the episode's robot in it.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
     /// Moves the setpoint towards the action, no faster than the limit.
-    fn slew(&mut self, action: &[f64; 8]) {
+    fn slew(&mut self, action: &[f64; JOINT_COUNT]) {
         let reach = self
             .config
             .slew_limit_rad_s
             .map_or(f64::INFINITY, |limit| limit / ACTION_DEG.to_radians() / CONTROL_RATE_HZ);
-        // Not `clamp`: a limit that is no number is no limit, not a panic.
+        // Not `clamp`, which panics where the limit is NaN.
         let limit = self.config.setpoint_limit;
         for (setpoint, &asked) in self.setpoint_action.iter_mut().zip(action) {
             let asked = asked.min(limit).max(-limit);
@@ -174,16 +175,16 @@ impl AntEnv {
         }
     }
 
-    fn joint_positions(&self) -> [f64; 8] {
+    fn joint_positions(&self) -> [f64; JOINT_COUNT] {
         self.world.joint_angles_rad().map(|angle| angle.to_degrees() / ACTION_DEG)
     }
 
     /// Pairs of neighbouring legs whose shins touch; opposite ones cannot meet.
     fn touching_legs(&self) -> usize {
         let (knees, feet) = (self.world.knees_m(), self.world.feet_m());
-        (0..4)
+        (0..LEG_COUNT)
             .filter(|&leg| {
-                let next = (leg + 1) % 4;
+                let next = (leg + 1) % LEG_COUNT;
                 segment_distance_m([knees[leg], feet[leg]], [knees[next], feet[next]]) < TOUCHING_M
             })
             .count()
@@ -200,10 +201,10 @@ impl Env for AntEnv {
     }
 
     fn reset(&mut self, seed: u64, observation: &mut [f32]) {
-        let start = Start::drawn(&self.config.start, seed);
+        let start = Start::sampled(&self.config.start, seed);
         match &self.robots {
-            Some(robots) => self.world.reset_as(robots.drawn(seed), &[0.0; 8], &start),
-            None => self.world.reset(&[0.0; 8], &start),
+            Some(robots) => self.world.reset_as(robots.sampled(seed), &[0.0; JOINT_COUNT], &start),
+            None => self.world.reset(&[0.0; JOINT_COUNT], &start),
         }
         self.setpoint_action = start.joint_offsets_rad.map(|angle| angle.to_degrees() / ACTION_DEG);
         self.torso = self.world.torso();
@@ -214,7 +215,7 @@ impl Env for AntEnv {
     }
 
     fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Step {
-        // What is missing or not a number asks for no change.
+        // A missing number or NaN leaves the setpoint as it is.
         let action = core::array::from_fn(|j| match action.get(j) {
             Some(a) if !a.is_nan() => f64::from(a.clamp(-1.0, 1.0)),
             _ => self.setpoint_action[j],
@@ -223,16 +224,20 @@ impl Env for AntEnv {
         let setpoints = self.setpoint_action.map(|a| Some((a * ACTION_DEG).to_radians()));
         let before_m = self.torso.position_m;
         let mut servo_power_w = 0.0;
-        for _ in 0..PHYSICS_STEPS {
+        for _ in 0..World::STEPS_PER_FRAME {
             servo_power_w += self.world.step(&setpoints).servo_power_w;
         }
-        self.servo_power_w = servo_power_w / PHYSICS_STEPS as f64;
+        self.servo_power_w = servo_power_w / World::STEPS_PER_FRAME as f64;
         self.torso = self.world.torso();
         self.steps += 1;
         self.observe(observation);
 
         let velocity_m_s =
             [0, 1].map(|axis| (self.torso.position_m[axis] - before_m[axis]) * CONTROL_RATE_HZ);
+        let terminated = self.torso.position_m[2] <= self.config.reward.alive_height_m
+            || self.torso.tilt_rad() > self.config.max_tilt_rad;
+        let truncated =
+            !terminated && self.config.episode_steps > 0 && self.steps >= self.config.episode_steps;
         self.terms = self.config.reward.weigh(&Observed {
             torso_height_m: self.torso.position_m[2],
             velocity_m_s,
@@ -242,14 +247,8 @@ impl Env for AntEnv {
             joint_speeds_rad_s: self.world.joint_speeds_rad_s(),
             servo_power_w: self.servo_power_w,
             touching_legs: self.touching_legs(),
+            fell: terminated,
         });
-        let terminated = self.torso.position_m[2] <= self.config.reward.alive_height_m
-            || self.torso.tilt_rad() > self.config.max_tilt_rad;
-        let truncated =
-            !terminated && self.config.episode_steps > 0 && self.steps >= self.config.episode_steps;
-        if terminated {
-            self.terms.alive += self.config.reward.fall;
-        }
         Step {
             reward: self.terms.sum() as f32,
             terminated,
@@ -259,14 +258,14 @@ impl Env for AntEnv {
     }
 }
 
-/// Least distance between two segments, each given by its ends.
+/// Minimum distance between two segments, each given by its ends.
 fn segment_distance_m(a: [[f64; 3]; 2], b: [[f64; 3]; 2]) -> f64 {
     let minus = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
     let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let (along_a, along_b, between) = (minus(a[1], a[0]), minus(b[1], b[0]), minus(a[0], b[0]));
     let (aa, bb, ab) = (dot(along_a, along_a), dot(along_b, along_b), dot(along_a, along_b));
     let (a_between, b_between) = (dot(along_a, between), dot(along_b, between));
-    // Nearest points of the two lines, held within the segments one after the other.
+    // Nearest points of the two lines, clamped to one segment and then to the other.
     let determinant = aa * bb - ab * ab;
     let at_a = if determinant > 1e-9 * aa * bb {
         ((ab * b_between - bb * a_between) / determinant).clamp(0.0, 1.0)

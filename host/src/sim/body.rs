@@ -1,40 +1,46 @@
-//! Builds a robot as one rapier multibody on a flat ground.
+//! Builds a robot as one rapier multibody on flat ground.
 //!
-//! Owns the handles and what the engine must be told. Nine bodies: torso, four
-//! thighs, four shins, as [`Limbs`] describe them; joint coordinates read 0 at
-//! neutral. Multibody coordinates and not impulse joints: those do not
-//! converge at this mass ratio, the torso sinks and speed falls by half.
+//! Holds the engine's handles and settings. Does not depend on servos' setpoints
+//! or on gaits. Nine bodies: torso, four thighs, four shins, as [`Limbs`] describes
+//! them; joint coordinates read 0 at neutral. Multibody coordinates and not impulse
+//! joints: those do not converge at this mass ratio, so that the torso sinks and
+//! the speed is half of what it should be.
 
+use crate::energy::SIMULATED_GRAVITY_M_S2;
 use crate::robot::{Hinge, Inertia, Limbs, Link, Servo, Shape, Solid};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use rapier3d::prelude::*;
+
+/// Degrees of freedom of the torso, which come before the joints'.
+const TORSO_FREEDOMS: usize = 6;
 
 /// The world with the robot in it, and the handles to find it there.
 pub struct Body {
     pub physics: PhysicsWorld,
     pub torso: RigidBodyHandle,
     /// Legs 1 to 4.
-    pub thighs: [RigidBodyHandle; 4],
-    pub shins: [RigidBodyHandle; 4],
+    pub thighs: [RigidBodyHandle; LEG_COUNT],
+    pub shins: [RigidBodyHandle; LEG_COUNT],
     pub multibody: MultibodyIndex,
     /// Unit vectors in the frame of the part that carries the joint.
-    pub axes: [Vector; 8],
+    pub axes: [Vector; JOINT_COUNT],
     /// Middle of each foot's ball, in its shin's frame.
-    pub feet: [Vector; 4],
+    pub feet: [Vector; LEG_COUNT],
     /// A point of each knee's axis, in its shin's frame.
-    pub knees: [Vector; 4],
+    pub knees: [Vector; LEG_COUNT],
 }
 
-/// Where and how the robot starts.
+/// The pose, the friction and the physics step that a world starts with.
 pub struct Pose0 {
-    pub joint_angles_rad: [f64; 8],
+    pub joint_angles_rad: [f64; JOINT_COUNT],
     pub height_m: f64,
     pub yaw_rad: f64,
     pub friction: f64,
     pub step_s: f64,
 }
 
-/// Floats of the engine are single; this is where ours become so.
+/// In the engine's single precision.
 pub fn real(value: f64) -> Real {
     value as Real
 }
@@ -107,11 +113,11 @@ fn collider(solid: &Solid) -> ColliderBuilder {
 }
 
 impl Body {
-    /// Puts the robot on the ground. A fresh world for each start: nothing of
-    /// an earlier episode, such as contact impulses, can leak into the next.
+    /// Puts the robot on the ground, in a new world: nothing of an earlier
+    /// episode, such as contact impulses, can affect the next.
     pub fn new(limbs: &Limbs, servo: &Servo, start: &Pose0) -> Self {
         let mut physics = PhysicsWorld::new();
-        physics.gravity = Vector::new(0.0, 0.0, -9.81);
+        physics.gravity = Vector::new(0.0, 0.0, real(-SIMULATED_GRAVITY_M_S2));
         let parameters = &mut physics.integration_parameters;
         parameters.dt = real(start.step_s);
         // One pass of four sweeps: with these the speed agrees with a converged
@@ -121,7 +127,7 @@ impl Body {
 
         let on_ground = InteractionGroups::new(Group::GROUP_1, Group::GROUP_2, InteractionTestMode::And);
         let on_robot = InteractionGroups::new(Group::GROUP_2, Group::GROUP_1, InteractionTestMode::And);
-        // Equal on both sides, so that the mean that rapier takes is the value.
+        // Rapier takes the mean of both sides; equal on both, it is the value.
         let friction = real(start.friction);
         let ground = physics.bodies.insert(RigidBodyBuilder::fixed());
         physics.colliders.insert_with_parent(
@@ -165,8 +171,8 @@ impl Body {
         let multibody =
             physics.multibody_joints.rigid_body_link(torso).expect("the torso has four hips").multibody;
         let axes = core::array::from_fn(|j| {
-            let leg = &limbs.legs[j % 4];
-            pose(&if j < 4 { &leg.hip } else { &leg.knee }.in_parent).rotation * Vector::X
+            let leg = &limbs.legs[j % LEG_COUNT];
+            pose(&if j < LEG_COUNT { &leg.hip } else { &leg.knee }.in_parent).rotation * Vector::X
         });
         let knees = core::array::from_fn(|leg| pose(&limbs.legs[leg].knee.in_child).translation);
         let mut body = Self { physics, torso, thighs, shins, multibody, axes, feet, knees };
@@ -175,10 +181,10 @@ impl Body {
     }
 
     /// Sets what resists the joints' speed until it is set again.
-    pub fn set_damping(&mut self, of_joints_n_m_s_rad: &[f64; 8]) {
+    pub fn set_damping(&mut self, of_joints_n_m_s_rad: &[f64; JOINT_COUNT]) {
         let Some(multibody) = self.physics.multibody_joints.get_multibody_mut(self.multibody) else { return };
-        // After the torso's own, of which it has six, or none where it is held.
-        let first = multibody.damping().len().saturating_sub(8);
+        // After the torso's six, or none where a test holds it fixed.
+        let first = multibody.damping().len().saturating_sub(JOINT_COUNT);
         for (damping, &wanted) in multibody.damping_mut().iter_mut().skip(first).zip(of_joints_n_m_s_rad) {
             *damping = real(wanted);
         }
@@ -187,7 +193,7 @@ impl Body {
     /// Sets joint angles and the dry friction of servos, and settles all poses.
     fn pose(&mut self, servo: &Servo, start: &Pose0) {
         let PhysicsWorld { multibody_joints, bodies, colliders, .. } = &mut self.physics;
-        // Else the centres of mass are known from the second step on only.
+        // Otherwise the centres of mass are known only from the second step on.
         for link in [self.torso].iter().chain(&self.thighs).chain(&self.shins) {
             bodies[*link].recompute_mass_properties_from_colliders(colliders);
         }
@@ -196,10 +202,11 @@ impl Body {
         // Rapier damps every rotation by 0.1, that of the whole robot included.
         multibody.damping_mut().fill(0.0);
         if servo.friction_n_m > 0.0 {
-            multibody.frictions_mut().rows_mut(6, 8).fill(real(servo.friction_n_m));
+            multibody.frictions_mut().rows_mut(TORSO_FREEDOMS, JOINT_COUNT).fill(real(servo.friction_n_m));
         }
-        let mut displacements = [0.0; 14];
-        for (displacement, &angle) in displacements[6..].iter_mut().zip(&start.joint_angles_rad) {
+        let mut displacements = [0.0; TORSO_FREEDOMS + JOINT_COUNT];
+        for (displacement, &angle) in displacements[TORSO_FREEDOMS..].iter_mut().zip(&start.joint_angles_rad)
+        {
             *displacement = real(angle);
         }
         multibody.forward_kinematics(bodies, true);

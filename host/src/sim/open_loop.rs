@@ -1,10 +1,9 @@
-//! Plays a gait on the simulated robot without firmware: is it any good?
+//! Plays a gait on the simulated robot, open loop and without firmware.
 //!
-//! Owns the trial: a slow entry, then so many seconds of setpoints that are
-//! computed 60 times a second and held, as the robot does. Refuses to know
-//! where the gait comes from: anything that gives eight angles for a time.
-//! [`Playback`] is that for a gait as the robot has it, and [`play_starts`]
-//! plays one from many starts.
+//! Holds the trial: a slow entry, then a walk whose setpoints are computed 60 times
+//! a second and held, as on the robot. Does not depend on where the gait comes
+//! from: it is a function from a time to eight angles. [`Playback`] is that function
+//! for a gait as the robot plays it, and [`play_starts`] plays one from many starts.
 
 mod playback;
 mod starts;
@@ -16,21 +15,22 @@ use super::start::Start;
 use super::world::World;
 use crate::energy::STANDARD_GRAVITY_M_S2;
 use crate::robot::Robot;
+use protocol::JOINT_COUNT;
 
-/// Setpoints in a second.
-pub const FRAME_RATE_HZ: f64 = 60.0;
+/// Setpoints a second, the robot's frame rate.
+pub const FRAME_RATE_HZ: f64 = protocol::FRAME_RATE_HZ as f64;
 
-/// A servo that pulls with more than this share of its torque is strained.
+/// A servo whose torque is more than this share of its limit is strained.
 pub const STRAINED: f64 = 0.95;
 
 /// How a trial is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
-    /// From standing at neutral to the gait's first pose; not measured.
+    /// Time from standing at neutral to the gait's first pose; not measured.
     pub entry_s: f64,
     /// The measured walk.
     pub duration_s: f64,
-    /// How the robot is put down.
+    /// Heading, height, joint angles and friction at the start.
     pub start: Start,
 }
 
@@ -41,7 +41,7 @@ impl Default for Trial {
     }
 }
 
-/// What a walk came to, over the measured time.
+/// Result of a walk, over the measured time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walk {
     /// Net horizontal displacement.
@@ -56,48 +56,46 @@ pub struct Walk {
     pub mean_power_w: f64,
     /// Positive work of the servos' horns over time.
     pub mean_mechanical_power_w: f64,
-    /// Heat of the servos' windings that the supply pays, over time.
+    /// Heat of the servos' windings that the supply delivers, over time.
     pub mean_holding_power_w: f64,
-    /// Energy per weight and distance; infinite where the robot stood still.
+    /// Energy per weight and distance; infinite if the robot stood still.
     pub cost_of_transport: f64,
-    /// Turned by this much, counter-clockwise, whole turns included.
+    /// Change of heading, counter-clockwise, whole turns included.
     pub turned_rad: f64,
-    /// Fastest that the torso moved in any direction, the entry included; NaN
-    /// where the engine's numbers ran away.
+    /// Maximum speed of the torso in any direction, the entry included; NaN if the
+    /// simulation diverged.
     pub fastest_m_s: f64,
-    /// Farthest the torso leaned.
+    /// Maximum angle between the torso's z axis and the world's.
     pub max_tilt_rad: f64,
-    /// Share of the time in which torso or knees touched the ground.
+    /// Share of the time in which anything but the feet touched the ground.
     pub dragged_share: f64,
-    /// Share of the time in which a servo pulled with all of its torque, or nearly.
+    /// Share of the time in which a servo pulled with more than [`STRAINED`] of its torque.
     pub strained_share: f64,
-    /// Whether it lay down at any time, the entry included.
+    /// Whether it fell at any time, the entry included.
     pub fell: bool,
 }
 
-/// No servos move a torso faster than this: the engine's numbers ran away.
+/// No servos move a torso faster than this: the simulation diverged.
 const DIVERGED_M_S: f64 = 100.0;
 
 impl Walk {
-    /// Whether all of it are numbers that a robot can have; the cost of
-    /// transport may be infinite.
+    /// Whether all numbers are finite and possible; the cost of transport may be infinite.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let numbers = [self.distance_m, self.energy_j, self.turned_rad, self.max_tilt_rad];
-        // NaN is not below anything.
+        // False for NaN.
         numbers.iter().all(|number| number.is_finite()) && self.fastest_m_s < DIVERGED_M_S
     }
 }
 
-/// Plays `gait`, angles in radians for a time in seconds from 0, on a fresh robot.
-pub fn play(robot: &Robot, trial: &Trial, mut gait: impl FnMut(f64) -> [f64; 8]) -> Walk {
+/// Plays `gait` in a new world: from a time in seconds, from 0, to angles in radians.
+pub fn play(robot: &Robot, trial: &Trial, mut gait: impl FnMut(f64) -> [f64; JOINT_COUNT]) -> Walk {
     play_in(&mut World::new(robot), trial, &mut gait)
 }
 
-/// Plays `gait` in a world, from its start anew.
-pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; 8]) -> Walk {
-    world.reset(&[0.0; 8], &trial.start);
-    let steps_per_frame = (1.0 / (FRAME_RATE_HZ * World::STEP_S)).round() as usize;
+/// Resets `world` to the trial's start and plays `gait` in it.
+pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f64; JOINT_COUNT]) -> Walk {
+    world.reset(&[0.0; JOINT_COUNT], &trial.start);
     let frames = |duration_s: f64| (duration_s * FRAME_RATE_HZ).round().max(0.0) as usize;
 
     let first = gait(0.0);
@@ -105,16 +103,16 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut fastest_m_s = 0.0_f64;
     let mut note_speed = |world: &World| {
         let speed_m_s = speed_m_s(world);
-        // Not `max`, which would forget a NaN.
+        // Not `max`, which would drop a NaN.
         if speed_m_s > fastest_m_s || speed_m_s.is_nan() {
             fastest_m_s = speed_m_s;
         }
     };
-    // The last third of the entry is for the servos to arrive and the body to settle.
+    // In the last third of the entry the setpoints stand still: servos arrive, the body settles.
     let entry_frames = frames(trial.entry_s);
     for frame in 0..entry_frames {
         let share = (1.5 * (frame + 1) as f64 / entry_frames as f64).min(1.0);
-        for _ in 0..steps_per_frame {
+        for _ in 0..World::STEPS_PER_FRAME {
             world.step(&first.map(|angle| Some(share * angle)));
         }
         fell |= world.has_fallen();
@@ -132,7 +130,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut strained_steps = 0;
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
-        for _ in 0..steps_per_frame {
+        for _ in 0..World::STEPS_PER_FRAME {
             let outcome = world.step(&setpoints);
             servo_energy_j += outcome.servo_power_w * World::STEP_S;
             mechanical_j += outcome.mechanical_power_w * World::STEP_S;
@@ -167,13 +165,13 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         fastest_m_s,
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
-        strained_share: strained_steps as f64 / (frame_count * steps_per_frame).max(1) as f64,
+        strained_share: strained_steps as f64 / (frame_count * World::STEPS_PER_FRAME).max(1) as f64,
         fell,
     }
 }
 
-/// The torso's; NaN if a joint's coordinate is no number, which the engine
-/// keeps to itself: the torso may then stand still for ever.
+/// Speed of the torso; NaN if a joint's coordinate is not finite. The engine does
+/// not report that, and the torso may then stand still for ever.
 fn speed_m_s(world: &World) -> f64 {
     let has_numbers = world.joint_angles_rad().iter().all(|angle| angle.is_finite());
     let speed = world.torso().velocity_m_s.iter().map(|v| v * v).sum::<f64>().sqrt();

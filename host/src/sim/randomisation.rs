@@ -1,35 +1,35 @@
-//! A robot like the described one, a little different for each seed.
+//! Domain randomisation: a robot for each seed, near the described one.
 //!
-//! Owns which numbers of a description differ and by how much; what it draws
-//! passes `Robot::check`. Refuses to know worlds and episodes. Without any
-//! spread there is nothing to draw, and the robot is the described one to the bit.
+//! Holds which numbers of a description vary and by how much; a sampled robot passes
+//! `Robot::check`. Does not depend on worlds or episodes. Without any spread nothing
+//! is sampled, and the robot is the described one to the bit.
 //!
-//! The twin is a fit to one robot on one floor; the robot on the desk is another
-//! one by the spread of that fit, by its battery, its load and its floor. A
-//! policy that has walked on many such robots relies on none of them.
+//! The twin is a fit to one robot on one floor. A real robot differs by the spread
+//! of that fit, by its battery, its load and its floor. A policy that was trained on
+//! many such robots does not depend on the exact numbers of one.
 
 use crate::robot::{Field, Robot};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Of an episode's seed: a start is drawn from the first, 0, so that the same
-/// seed starts in the same place on whatever robot.
+/// The random stream of an episode's seed that robots are sampled from. Starts use
+/// stream 0, so that a start does not depend on the robot.
 const STREAM: u64 = 1;
 
-/// How far robots differ from the described one. All draws are uniform.
+/// Ranges of the differences from the described robot; all uniform.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Randomisation {
-    /// Every parameter that the description's `[twin]` record gives a spread:
-    /// within so many standard deviations, each drawn by itself.
+    /// Every parameter with a standard deviation in the description's `[twin.spread]`:
+    /// within so many standard deviations either way, sampled independently.
     pub twin_spread: f64,
     /// Ground friction, either way, as a share of itself.
     pub friction_share: f64,
     /// Mass, either way, as a share of the whole robot's. The torso carries
     /// it: what differs from day to day is battery, cables and load.
     pub mass_share: f64,
-    /// Added to the servos' delay: from nothing to this.
+    /// Maximum of what is added to the servos' delay, from 0.
     pub latency_s: f64,
     /// Supply voltage, either way, as a share of itself. A motor's no-load
     /// speed and stall torque go with it, and so does the torque for an angle's
@@ -43,32 +43,32 @@ impl Randomisation {
     pub const NONE: Self =
         Self { twin_spread: 0.0, friction_share: 0.0, mass_share: 0.0, latency_s: 0.0, supply_share: 0.0 };
 
-    /// Whether this asks for the spread of a fit that the robot has none of.
+    /// Whether this needs the spread of a fit, and the robot has none.
     #[must_use]
     pub fn lacks_spread(&self, robot: &Robot) -> bool {
         self.twin_spread > 0.0 && fitted(robot).next().is_none()
     }
 }
 
-/// Draws robots.
+/// Samples robots near the described one.
 #[derive(Debug, Clone)]
 pub struct Robots {
     described: Robot,
     mass_kg: f64,
     randomisation: Randomisation,
-    /// What was fitted, and its standard deviation.
+    /// Fitted fields and their standard deviations.
     fitted: Vec<(Field, f64)>,
 }
 
-/// Fitted numbers with their spread. `twin.sample_s` is how long the measured
-/// robot held a table's row: no part of a robot that walks by a policy.
+/// Fitted fields with their standard deviations. `twin.sample_s`, how long the
+/// measured robot held a table's row, has no field: it plays no part under a policy.
 fn fitted(robot: &Robot) -> impl Iterator<Item = (Field, f64)> {
     let spread = robot.twin.iter().flat_map(|twin| &twin.spread);
     spread.filter_map(|(name, &deviation)| Some((Field::named(name)?, deviation)))
 }
 
 impl Robots {
-    /// Robots like this one; none where all would be the same.
+    /// Robots near this one; `None` where all would be the same.
     #[must_use]
     pub fn like(robot: &Robot, randomisation: Randomisation) -> Option<Self> {
         (randomisation != Randomisation::NONE).then(|| Self {
@@ -79,14 +79,14 @@ impl Robots {
         })
     }
 
-    /// The robot of that number; the same number gives the same robot. Each
-    /// number of it stays within what a description may say.
+    /// Samples a robot; the same seed gives the same robot. Each number stays within
+    /// the bounds of a description.
     #[must_use]
-    pub fn drawn(&self, seed: u64) -> Robot {
+    pub fn sampled(&self, seed: u64) -> Robot {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(STREAM);
-        // Drawn even where it is multiplied by zero, so that a kind of
-        // difference moves no other.
+        // Sampled even where it is multiplied by zero, so that switching one
+        // difference on does not change another.
         let mut either_way = || random.random_range(-1.0..=1.0);
         let Randomisation { twin_spread, friction_share, mass_share, latency_s, supply_share } =
             self.randomisation;
@@ -96,7 +96,7 @@ impl Robots {
         let voltage = 1.0 + supply_share * either_way();
 
         let mut robot = self.described.clone();
-        // Last, so that a refit that finds one more parameter moves no other kind.
+        // Last, so that a fit with one more parameter does not change the others.
         for (field, deviation) in &self.fitted {
             let value = (field.get)(&robot);
             (field.set)(&mut robot, value + twin_spread * deviation * either_way());
@@ -115,11 +115,11 @@ impl Robots {
         for field in crate::robot::FIELDS {
             let (min, max) = field.bounds(&robot);
             let value = (field.get)(&robot);
-            // Not `clamp`, which panics where a bound is none.
+            // Not `clamp`, which panics where a bound is NaN.
             (field.set)(&mut robot, value.max(min).min(max));
         }
-        // The one check that no bound of a single number covers: knees that
-        // cannot be turned to that slope.
+        // The one check that is not a bound of a single number: whether the knees
+        // can be turned to that slope.
         if robot.check().is_err() {
             robot.geometry.shin_below_horizontal_deg = self.described.geometry.shin_below_horizontal_deg;
         }

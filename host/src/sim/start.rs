@@ -1,12 +1,13 @@
-//! How a robot is put down: exactly, or a little differently for each seed.
+//! The start of an episode or trial: exact, or perturbed by a seed.
 //!
-//! Owns the random numbers of a start and nothing after it.
+//! Holds the random numbers of a start. Does not depend on the world.
 
+use protocol::JOINT_COUNT;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// How far starts differ from each other.
+/// Ranges of the random differences between starts; all uniform.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Perturbation {
@@ -29,27 +30,27 @@ impl Default for Perturbation {
 }
 
 impl Perturbation {
-    /// Every start alike.
+    /// Every start is the same.
     pub const NONE: Self = Self { yaw_rad: 0.0, height_m: 0.0, joint_rad: 0.0, friction_share: 0.0 };
 }
 
-/// One start.
+/// One start: what differs from standing at neutral.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Start {
     /// Heading.
     pub yaw_rad: f64,
     /// Above standing.
     pub drop_m: f64,
-    /// Added to each asked joint angle.
-    pub joint_offsets_rad: [f64; 8],
+    /// Added to each joint angle.
+    pub joint_offsets_rad: [f64; JOINT_COUNT],
     /// Added to 1, times the robot's ground friction.
     pub friction_share: f64,
 }
 
 impl Start {
-    /// The start of that number; the same number gives the same start.
+    /// Samples a start; the same seed gives the same start.
     #[must_use]
-    pub fn drawn(perturbation: &Perturbation, seed: u64) -> Self {
+    pub fn sampled(perturbation: &Perturbation, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut either_way = |range: f64| range * random.random_range(-1.0..=1.0);
         Self {

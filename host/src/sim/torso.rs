@@ -1,15 +1,15 @@
-//! Where the torso is, how it leans and where it heads.
+//! Position, orientation and velocity of the torso.
 
 /// The torso's frame, in the world's: for the Ant, its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorsoState {
-    /// Where.
+    /// In the world's frame.
     pub position_m: [f64; 3],
     /// Unit quaternion from the torso's frame to the world's.
     pub orientation_xyzw: [f64; 4],
-    /// How fast.
+    /// In the world's frame.
     pub velocity_m_s: [f64; 3],
-    /// Turning how fast.
+    /// In the world's frame.
     pub angular_velocity_rad_s: [f64; 3],
 }
 

@@ -1,30 +1,31 @@
 //! The robot on flat ground, in steps of 1/240 s.
 //!
-//! Owns what the servos draw, and where torques act. Refuses to know gaits and
-//! rewards. The same calls give the same bits, in any process on any run:
-//! every start builds a fresh world, and nothing in it is threaded.
+//! Holds the power of the servos and the way torques act on the body. Does not
+//! depend on gaits or rewards. The same calls give the same bits in every process:
+//! each start builds a new world, and nothing in it runs in threads.
 //!
 //! The world's frame is that of the start: origin under the torso's middle, z
 //! up, x between legs 4 and 1. Lengths are f64 outside, f32 in the engine.
 
 mod ground;
 
-pub use ground::{Soles, Taken};
+pub use ground::{GroundLosses, Soles};
 
 use super::body::{Body, Pose0, frame, real};
 use super::servos::Servos;
 use super::start::Start;
 use super::torso::TorsoState;
 use crate::robot::{Limbs, Robot};
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use rapier3d::prelude::*;
 use std::sync::Arc;
 
-/// A foot nearer to the ground than this stands on it.
+/// A foot nearer to the ground than this is in contact.
 const CONTACT_M: f64 = 0.001;
-/// Beyond this tilt the robot will not stand up again by itself.
+/// Beyond this tilt the robot has fallen: it does not stand up again by itself.
 const FALLEN_TILT_RAD: f64 = 1.0;
-/// Below this share of its voltage a servo's own electronics resets; nothing
-/// here models that, so the supply does not sag further.
+/// Minimum of the supply's voltage under load, as a share of nominal. Below it a
+/// servo's own electronics would reset, which is not modelled.
 const LEAST_VOLTAGE_SHARE: f64 = 0.5;
 
 /// The simulated robot.
@@ -33,35 +34,39 @@ pub struct World {
     limbs: Arc<Limbs>,
     body: Body,
     servos: Servos,
-    joint_angles_rad: [f64; 8],
-    joint_speeds_rad_s: [f64; 8],
+    joint_angles_rad: [f64; JOINT_COUNT],
+    joint_speeds_rad_s: [f64; JOINT_COUNT],
     /// Physics steps in a [`World::STEP_S`].
     substeps: u32,
-    /// What is left of the supply's voltage under the load of the step before.
+    /// The supply's voltage over nominal, under the load of the step before.
     voltage_share: f64,
 }
 
-/// What one step came to.
+/// Power of one step, over all servos.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepOutcome {
-    /// Electrical power of all servos at the supply, the electronics' own excluded.
+    /// Electrical power of all servos at the supply, without the electronics.
     pub servo_power_w: f64,
-    /// What the servos' horns deliver: the sum over servos of torque times
-    /// speed where that is positive. A servo that is driven gives nothing back.
+    /// Mechanical power that servos deliver: the sum of torque times speed over those
+    /// where it is positive. A servo that the load drives returns nothing to the supply.
     pub mechanical_power_w: f64,
-    /// What the servos' horns get back from the robot; they keep none of it.
+    /// Mechanical power that servos take back from the robot; it becomes heat.
     pub returned_power_w: f64,
-    /// Heat of the windings.
+    /// Heat of all windings.
     pub heat_power_w: f64,
-    /// The windings' heat that the supply pays: what is returned to a servo heats it first.
+    /// The part of the windings' heat that the supply delivers: power returned to a
+    /// servo heats its winding first.
     pub holding_power_w: f64,
-    /// The hardest pull of any servo, as a share of what it can do.
+    /// Maximum over servos of torque over torque limit.
     pub torque_share: f64,
 }
 
 impl World {
-    /// Length of a physics step.
-    pub const STEP_S: f64 = 1.0 / 240.0;
+    /// Physics steps in a frame of the robot, which is a control step of the task.
+    pub const STEPS_PER_FRAME: usize = 4;
+
+    /// Length of a physics step: 1/240 s.
+    pub const STEP_S: f64 = 1.0 / (protocol::FRAME_RATE_HZ as f64 * Self::STEPS_PER_FRAME as f64);
 
     /// The robot standing at neutral.
     #[must_use]
@@ -69,28 +74,34 @@ impl World {
         Self::refined(robot, 1)
     }
 
-    /// The same, computed in so many physics steps each [`Self::STEP_S`]: tells
-    /// what of a result is the step's doing. At least 1.
+    /// The same, with `substeps` physics steps, at least 1, each [`Self::STEP_S`]: shows how
+    /// much of a result is an error of the step.
     #[must_use]
     pub fn refined(robot: &Robot, substeps: u32) -> Self {
         let limbs = Arc::new(Limbs::of(robot));
-        Self::standing(robot.clone(), limbs, &[0.0; 8], &Start::default(), substeps.max(1))
+        Self::standing(robot.clone(), limbs, &[0.0; JOINT_COUNT], &Start::default(), substeps.max(1))
     }
 
-    /// Starts over, standing with these joint angles, changed as `start` says.
-    pub fn reset(&mut self, joint_angles_rad: &[f64; 8], start: &Start) {
+    /// Starts again, standing with these joint angles, changed by `start`.
+    pub fn reset(&mut self, joint_angles_rad: &[f64; JOINT_COUNT], start: &Start) {
         let (robot, limbs) = (self.robot.clone(), Arc::clone(&self.limbs));
         *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
     }
 
-    /// The same, as another robot.
-    pub fn reset_as(&mut self, robot: Robot, joint_angles_rad: &[f64; 8], start: &Start) {
+    /// The same, with another robot.
+    pub fn reset_as(&mut self, robot: Robot, joint_angles_rad: &[f64; JOINT_COUNT], start: &Start) {
         let limbs = Arc::new(Limbs::of(&robot));
         *self = Self::standing(robot, limbs, joint_angles_rad, start, self.substeps);
     }
 
-    fn standing(robot: Robot, limbs: Arc<Limbs>, asked_rad: &[f64; 8], start: &Start, substeps: u32) -> Self {
-        let angles: [f64; 8] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
+    fn standing(
+        robot: Robot,
+        limbs: Arc<Limbs>,
+        asked_rad: &[f64; JOINT_COUNT],
+        start: &Start,
+        substeps: u32,
+    ) -> Self {
+        let angles: [f64; JOINT_COUNT] = core::array::from_fn(|j| asked_rad[j] + start.joint_offsets_rad[j]);
         let step_s = Self::STEP_S / f64::from(substeps);
         let pose = Pose0 {
             joint_angles_rad: angles,
@@ -105,23 +116,23 @@ impl World {
             robot,
             limbs,
             joint_angles_rad: angles,
-            joint_speeds_rad_s: [0.0; 8],
+            joint_speeds_rad_s: [0.0; JOINT_COUNT],
             substeps,
             voltage_share: 1.0,
         }
     }
 
-    /// The robot that this world holds.
+    /// The robot in this world.
     #[must_use]
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
-    /// Advances by [`Self::STEP_S`]. `None` is a servo without pulses: it does
-    /// not pull, and only its gears resist. A setpoint beyond the end stop, or
-    /// one that is no number, is the end stop, or the setpoint before. Servos
-    /// act on a setpoint their delay later, to the physics step.
-    pub fn step(&mut self, setpoints_rad: &[Option<f64>; 8]) -> StepOutcome {
+    /// Advances by [`Self::STEP_S`]. `None` is a servo without pulses: its motor
+    /// gives no torque, and only its gears resist. A setpoint beyond the end stop is
+    /// clamped to it, and NaN keeps the setpoint before. Servos act on a setpoint after
+    /// their delay, rounded to the physics step.
+    pub fn step(&mut self, setpoints_rad: &[Option<f64>; JOINT_COUNT]) -> StepOutcome {
         let mut mean = StepOutcome::default();
         let share = 1.0 / f64::from(self.substeps);
         for _ in 0..self.substeps {
@@ -136,7 +147,7 @@ impl World {
         mean
     }
 
-    fn substep(&mut self, asked_rad: &[Option<f64>; 8]) -> StepOutcome {
+    fn substep(&mut self, asked_rad: &[Option<f64>; JOINT_COUNT]) -> StepOutcome {
         let setpoints_rad = self.servos.receive(asked_rad);
         let torques_n_m = core::array::from_fn(|j| {
             let angle_rad = self.joint_angles_rad[j];
@@ -153,7 +164,7 @@ impl World {
         let mut outcome = StepOutcome::default();
         let power = &self.robot.power;
         for (j, pull_n_m) in torques_n_m.iter().enumerate() {
-            // A limp servo's gears only take.
+            // Without pulses the gears only brake, and no power is drawn.
             if setpoints_rad[j].is_none() {
                 continue;
             }
@@ -163,7 +174,7 @@ impl World {
             let horn_w = torque_n_m * speed_rad_s;
             let pulled = pull_n_m.abs() / self.robot.servo.torque_limit_n_m;
             outcome.torque_share = outcome.torque_share.max(pulled);
-            // What the gears take does not pass the winding.
+            // Torque that the gears' friction takes up does not pass the winding.
             let motor_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
             let heat_w = power.heat_w_per_n2_m2 * motor_n_m * motor_n_m;
             outcome.mechanical_power_w += horn_w.max(0.0);
@@ -179,16 +190,16 @@ impl World {
         outcome
     }
 
-    /// Torques act on the child and back on the parent, about the joint's axis.
-    fn apply(&mut self, torques_n_m: &[f64; 8]) {
+    /// Applies each torque to the child, and its reaction to the parent, about the joint's axis.
+    fn apply(&mut self, torques_n_m: &[f64; JOINT_COUNT]) {
         let Body { physics, torso, thighs, shins, axes, .. } = &mut self.body;
         let bodies = &mut physics.bodies;
         let torso_turn = *bodies[*torso].rotation();
         let mut on_torso = Vector::ZERO;
-        for leg in 0..4 {
+        for leg in 0..LEG_COUNT {
             let hip = (torso_turn * axes[leg]) * real(torques_n_m[leg]);
             let thigh = &mut bodies[thighs[leg]];
-            let knee = (*thigh.rotation() * axes[4 + leg]) * real(torques_n_m[4 + leg]);
+            let knee = (*thigh.rotation() * axes[LEG_COUNT + leg]) * real(torques_n_m[LEG_COUNT + leg]);
             thigh.reset_torques(false);
             thigh.add_torque(hip - knee, false);
             let shin = &mut bodies[shins[leg]];
@@ -206,8 +217,8 @@ impl World {
             return;
         };
         let speeds = multibody.generalized_velocity();
-        // After the torso's own, of which it has six, or none where it is held.
-        let first = speeds.len().saturating_sub(8);
+        // After the torso's six, or none where a test holds it fixed.
+        let first = speeds.len().saturating_sub(JOINT_COUNT);
         for (j, link) in multibody.links().skip(1).enumerate() {
             // The hinge turns about the x axis of its frame: coordinate 3.
             self.joint_angles_rad[j] = f64::from(link.joint().coords()[3]);
@@ -215,7 +226,7 @@ impl World {
         }
     }
 
-    /// Where the torso is and how it moves.
+    /// Position, orientation and velocity of the torso.
     #[must_use]
     pub fn torso(&self) -> TorsoState {
         let torso = &self.body.physics.bodies[self.body.torso];
@@ -228,46 +239,46 @@ impl World {
         }
     }
 
-    /// From neutral, hips 1 to 4, then knees.
+    /// Joint angles from neutral, hips 1 to 4, then knees.
     #[must_use]
-    pub fn joint_angles_rad(&self) -> [f64; 8] {
+    pub fn joint_angles_rad(&self) -> [f64; JOINT_COUNT] {
         self.joint_angles_rad
     }
 
-    /// Hips 1 to 4, then knees.
+    /// Joint speeds, hips 1 to 4, then knees.
     #[must_use]
-    pub fn joint_speeds_rad_s(&self) -> [f64; 8] {
+    pub fn joint_speeds_rad_s(&self) -> [f64; JOINT_COUNT] {
         self.joint_speeds_rad_s
     }
 
-    /// Where each servo's own setpoint has got to.
+    /// Each servo's own setpoint, on its way to the given one.
     #[must_use]
-    pub fn servo_setpoints_rad(&self) -> [f64; 8] {
+    pub fn servo_setpoints_rad(&self) -> [f64; JOINT_COUNT] {
         self.servos.setpoints_rad()
     }
 
     /// Middle of each foot's ball, legs 1 to 4, in the world's frame.
     #[must_use]
-    pub fn feet_m(&self) -> [[f64; 3]; 4] {
+    pub fn feet_m(&self) -> [[f64; 3]; LEG_COUNT] {
         self.on_shins(&self.body.feet)
     }
 
     /// A point of each knee's axis, legs 1 to 4, in the world's frame.
     #[must_use]
-    pub fn knees_m(&self) -> [[f64; 3]; 4] {
+    pub fn knees_m(&self) -> [[f64; 3]; LEG_COUNT] {
         self.on_shins(&self.body.knees)
     }
 
-    fn on_shins(&self, points: &[Vector; 4]) -> [[f64; 3]; 4] {
+    fn on_shins(&self, points: &[Vector; LEG_COUNT]) -> [[f64; 3]; LEG_COUNT] {
         core::array::from_fn(|leg| {
             let shin = &self.body.physics.bodies[self.body.shins[leg]];
             shin.position().transform_point(points[leg]).to_array().map(f64::from)
         })
     }
 
-    /// Which feet stand on the ground.
+    /// Which feet are in contact with the ground, legs 1 to 4.
     #[must_use]
-    pub fn foot_contacts(&self) -> [bool; 4] {
+    pub fn foot_contacts(&self) -> [bool; LEG_COUNT] {
         let radius_m = self.limbs.foot_radius_m;
         self.feet_m().map(|[.., z]| z < radius_m + CONTACT_M)
     }
@@ -284,7 +295,7 @@ impl World {
         })
     }
 
-    /// Whether the robot lies, or leans so far that it will.
+    /// Whether the torso leans more than 1 rad.
     #[must_use]
     pub fn has_fallen(&self) -> bool {
         self.torso().tilt_rad() > FALLEN_TILT_RAD
@@ -292,7 +303,7 @@ impl World {
 }
 
 #[cfg(test)]
-mod books;
+mod energy_balance;
 #[cfg(test)]
 mod gears;
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! Walks down to the nearest valley of the score.
+//! Local search for the nearest minimum of the score.
 //!
 //! Levenberg and Marquardt's method on reweighted errors: the score is a mean
 //! of absolute errors, so an error of half the size gets twice the weight. The
-//! simulation is smooth in its parameters, so differences tell the slope, and
-//! all sets of a step are judged at once on all cores.
+//! simulation is smooth in its parameters, so finite differences give the gradient,
+//! and all sets of a step are scored in parallel.
 
 use super::objective::{Objective, Verdict};
 use nalgebra::{DMatrix, DVector};

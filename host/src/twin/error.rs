@@ -1,5 +1,6 @@
 //! What can be wrong with tables, trials and a fit.
 
+use crate::robot::LegScale;
 use crate::robot::RobotError;
 use crate::run_folder::FileError;
 use std::path::PathBuf;
@@ -12,7 +13,7 @@ pub enum TwinError {
     #[error(transparent)]
     File(#[from] FileError),
     /// Not comma-separated values.
-    #[error("{path} is no table of comma-separated values")]
+    #[error("{path} is not a CSV file")]
     Csv {
         /// Which file.
         path: PathBuf,
@@ -76,12 +77,12 @@ pub enum TwinError {
         next: usize,
     },
     /// Nothing was measured with this leg.
-    #[error("{path} has no trial with leg length {leg}; it has {has}; name one of them with --leg")]
+    #[error("{path} has no trial with legs of {leg}; it has {has}; name one of them with --leg")]
     Leg {
         /// Which file.
         path: PathBuf,
         /// What was asked for.
-        leg: f64,
+        leg: LegScale,
         /// What there is.
         has: String,
     },
@@ -127,7 +128,7 @@ pub enum TwinError {
         least: u64,
     },
     /// A parameter that there is not.
-    #[error("{name:?} is no parameter of the twin; there are {has}")]
+    #[error("{name:?} is not a parameter of a fit; the parameters are {has}")]
     Parameter {
         /// What was asked for.
         name: String,
@@ -135,7 +136,7 @@ pub enum TwinError {
         has: String,
     },
     /// No range of a parameter.
-    #[error("{text:?} is no parameter with a range; write NAME=MIN:MAX, such as ground.friction=0.2:0.9")]
+    #[error("{text:?} is not a parameter with a range; write NAME=MIN:MAX, such as ground.friction=0.2:0.9")]
     Range {
         /// What was asked for.
         text: String,

@@ -1,11 +1,12 @@
 //! Tables that a robot played and trials that it walked, as the authors' files hold them.
 //!
-//! Owns both formats. Columns are found by name, so others beside them do no
-//! harm; `ank` is the paper's name for a knee. Refuses rows that cannot be.
+//! Holds both formats. Columns are found by name, so others beside them do no
+//! harm; `ank` is the paper's name for a knee. Impossible rows are refused.
 
 use super::TwinError;
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder::FileError;
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -47,7 +48,7 @@ impl fmt::Display for Gait {
 /// What a robot played.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tables {
-    tables: BTreeMap<Gait, Vec<[f64; 8]>>,
+    tables: BTreeMap<Gait, Vec<[f64; JOINT_COUNT]>>,
 }
 
 /// The trials of one gait.
@@ -156,19 +157,19 @@ impl Tables {
             sheet.column(&named(amplification))?,
             sheet.column(&named(sample))?,
         );
-        let mut joints = [0; 8];
+        let mut joints = [0; JOINT_COUNT];
         for (j, column) in joints.iter_mut().enumerate() {
-            let leg = j % 4 + 1;
-            let names: &[&str] = if j < 4 { &["hip"] } else { &["ank", "knee"] };
+            let leg = j % LEG_COUNT + 1;
+            let names: &[&str] = if j < LEG_COUNT { &["hip"] } else { &["ank", "knee"] };
             *column = sheet.column(&names.iter().map(|name| format!("{name}{leg}")).collect::<Vec<_>>())?;
         }
-        let mut tables: BTreeMap<Gait, Vec<[f64; 8]>> = BTreeMap::new();
+        let mut tables: BTreeMap<Gait, Vec<[f64; JOINT_COUNT]>> = BTreeMap::new();
         for (line, record) in &sheet.rows {
             let at = sheet.number(*line, record, amplification)?;
             sheet.within(*line, "amplification", at, AMPLIFICATIONS)?;
             let gait = Gait::new(record.get(method).unwrap_or_default(), at);
             let number = sheet.number(*line, record, sample)?;
-            let mut ticks = [0.0; 8];
+            let mut ticks = [0.0; JOINT_COUNT];
             for (tick, column) in ticks.iter_mut().zip(joints) {
                 *tick = sheet.within(*line, "a joint", sheet.number(*line, record, column)?, TICKS)?;
             }
@@ -187,7 +188,7 @@ impl Tables {
     ///
     /// # Errors
     /// [`TwinError::NoTable`] unless there is one of that gait.
-    pub fn angles_rad(&self, gait: &Gait, robot: &Robot) -> Result<Vec<[f64; 8]>, TwinError> {
+    pub fn angles_rad(&self, gait: &Gait, robot: &Robot) -> Result<Vec<[f64; JOINT_COUNT]>, TwinError> {
         let table = self.tables.get(gait).ok_or_else(|| TwinError::NoTable {
             gait: gait.to_string(),
             has: self.tables.keys().map(Gait::to_string).collect::<Vec<_>>().join(", "),
@@ -205,7 +206,7 @@ impl Trials {
     ///
     /// # Errors
     /// [`TwinError`] naming the file, the line and the column.
-    pub fn read(path: &Path, leg: f64) -> Result<Self, TwinError> {
+    pub fn read(path: &Path, leg: LegScale) -> Result<Self, TwinError> {
         let sheet = Sheet::read(path)?;
         let column = |name: &str| sheet.column(&named(name));
         let (leg_length, method, amplification) =
@@ -219,7 +220,7 @@ impl Trials {
         for (line, record) in &sheet.rows {
             let number = |column| sheet.number(*line, record, column);
             let length = number(leg_length)?;
-            if (length - leg).abs() > 1e-6 {
+            if LegScale::new(length) != Ok(leg) {
                 legs.push(length.to_string());
                 continue;
             }

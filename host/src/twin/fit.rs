@@ -1,9 +1,9 @@
-//! Looks for the robot that would have done what was measured.
+//! Searches for the robot whose predictions are nearest to the measured trials.
 //!
-//! Owns the search: the score has more than one valley, so descents from
-//! several places find which is deepest, then CMA-ES looks about its bottom,
-//! where the score has kinks that no slope shows. Chosen by the score alone;
-//! the same seed gives the same robot on any number of cores.
+//! Holds the search: the score has several local minima, so local searches from
+//! several starts find the best one, and CMA-ES refines it, where the score has
+//! kinks without a gradient. The same seed gives the same robot on any number of
+//! cores. Does not depend on how a robot is scored.
 
 use super::TwinError;
 use super::descent::Descent;
@@ -20,10 +20,10 @@ const LEAST_CONDITIONS: usize = 3;
 /// A search needs a few generations.
 const LEAST_EVALUATIONS: u64 = 20;
 
-/// Random sets that are judged before the next word of progress.
+/// Random sets that are scored between two reports of progress.
 const AT_ONCE: usize = 8;
 
-/// How far a search has come.
+/// Progress of a search.
 #[derive(Debug)]
 pub struct Progress<'a> {
     /// Sets tried.
@@ -34,16 +34,16 @@ pub struct Progress<'a> {
     pub best: &'a Robot,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The description, with its record.
     pub robot: Robot,
-    /// Whether it was told to stop.
+    /// Whether `progress` stopped it.
     pub stopped: bool,
 }
 
-/// The best set so far, and whom to tell.
+/// The best set so far, and the callback that reports it.
 struct Search<'a> {
     objective: &'a Objective<'a>,
     shares: Vec<f64>,
@@ -53,7 +53,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Keeps a set if it is better, and tells; `false` if told to stop.
+    /// Keeps a set if it is better, and reports progress; `false` if stopped.
     fn offer(&mut self, shares: &[f64], verdict: &Verdict) -> bool {
         let best = match self.best.take() {
             Some(best) if best.score <= verdict.score => best,
@@ -69,7 +69,7 @@ impl Search<'_> {
         !self.stopped
     }
 
-    /// Where to descend from: the set that is sure, then random ones, the best first.
+    /// Starts of the local searches: the given set, then random ones, the best first.
     fn begins(&mut self, budget: &Budget, start: &Robot, parameters: &[Parameter]) -> Vec<Vec<f64>> {
         let mut random: Vec<(f64, Vec<f64>)> = Vec::new();
         for some in budget.random(parameters).chunks(AT_ONCE) {
@@ -96,7 +96,7 @@ impl Search<'_> {
         self.offer(&descent.shares, &descent.verdict);
     }
 
-    fn look_about(&mut self, budget: &Budget) -> Result<(), TwinError> {
+    fn refine(&mut self, budget: &Budget) -> Result<(), TwinError> {
         let left = budget.evaluations.saturating_sub(self.objective.evaluations());
         let objective = |shares: &DVector<f64>| self.objective.judge(shares.as_slice()).score;
         let mut search = CMAESOptions::new(self.shares.clone(), budget.first_step)
@@ -126,13 +126,13 @@ fn no_budget(parameters: usize, budget: &Budget) -> TwinError {
     TwinError::Budget { parameters, evaluations: budget.evaluations, least: LEAST_EVALUATIONS }
 }
 
-/// Searches until the budget is spent or `progress` says to stop by `false`.
+/// Searches until the budget is spent or `progress` returns `false`.
 ///
 /// The score is the mean of the mean absolute relative errors of speed, power
 /// and cost of transport over `trials`, and nothing else.
 ///
 /// # Errors
-/// [`TwinError`] for trials without tables, too few of them, or no budget.
+/// [`TwinError`] for trials without tables, too few of them, or an invalid budget.
 pub fn fit(
     start: &Robot,
     tables: &Tables,
@@ -158,7 +158,7 @@ pub fn fit(
         }
     }
     if !search.stopped && objective.evaluations() < budget.evaluations {
-        search.look_about(budget)?;
+        search.refine(budget)?;
     }
     let Search { best, stopped, .. } = search;
     let Some(Verdict { score, mut robot, .. }) = best else {

@@ -1,6 +1,6 @@
-//! From a set of parameters to how far its robot is from what was measured.
+//! The score of a set of parameters: how far its predictions are from the trials.
 //!
-//! Owns the score, and counts and keeps every set that was tried. A set's
+//! Holds the score, and counts and keeps every set that was tried. A set's
 //! score depends on the set alone, whichever thread computes it.
 
 use super::files::{Gait, Tables, Trials};
@@ -9,6 +9,7 @@ use super::predict::{Prediction, TRIAL_S, mean_step_rad, predict};
 use super::score::line_to;
 use super::{Measured, TwinError, power};
 use crate::robot::{PowerLine, Robot, TwinRecord};
+use protocol::JOINT_COUNT;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -23,7 +24,7 @@ const MOST_ERROR: f64 = 5.0;
 
 /// One table with what was measured of it.
 struct Case {
-    angles_rad: Vec<[f64; 8]>,
+    angles_rad: Vec<[f64; JOINT_COUNT]>,
     measured: [f64; 3],
     duration_s: f64,
 }

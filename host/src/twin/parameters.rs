@@ -1,6 +1,6 @@
 //! What a fit may change, and how far.
 //!
-//! Owns names and bounds. Electronics and efficiency are not among them: see
+//! Holds names and bounds. Electronics and efficiency are not among them: see
 //! [`super::power`].
 
 use super::TwinError;
@@ -111,7 +111,7 @@ impl Parameter {
         (self.min + (self.max - self.min) * share).clamp(self.min, self.max)
     }
 
-    /// Refuses to search where the robot is not, as with a robot of another size.
+    /// Refuses a range that does not hold the robot's own value, as with another size.
     ///
     /// # Errors
     /// [`TwinError::Elsewhere`] if the description's value lies outside the range.
@@ -132,8 +132,8 @@ impl Parameter {
     /// followed by a range, `=MIN:MAX`; then a search begins in its middle.
     ///
     /// # Errors
-    /// [`TwinError::Parameter`] for a name that is none, [`TwinError::Range`]
-    /// for a range that is none.
+    /// [`TwinError::Parameter`] for an unknown name, [`TwinError::Range`]
+    /// for an invalid range.
     pub fn choose(names: &[String]) -> Result<Vec<Self>, TwinError> {
         if names.is_empty() {
             return Ok(PARAMETERS.into_iter().filter(|parameter| parameter.by_default).collect());

@@ -1,38 +1,39 @@
 //! How long a fit searches, and from where.
+//!
+//! Holds the budget and the random starts. Does not depend on the score.
 
 use super::parameters::Parameter;
 use crate::robot::Robot;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Descents of a search that may begin anywhere.
+/// Local searches of a fit with [`Begin::Anywhere`].
 const DESCENTS: u64 = 5;
-/// Share of the evaluations that go to random sets, of which the best are descended from.
+/// Share of the evaluations for random sets; the best are starts of local searches.
 const FOR_RANDOM: f64 = 0.08;
-/// Share of the evaluations at which the descents end.
+/// Share of the evaluations after which the local searches end.
 const FOR_DESCENTS: f64 = 0.7;
 
-/// Where a search begins.
+/// Where a search starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Begin {
-    /// Anywhere: a descent from the parameters' first values, and more from the best
-    /// of many random sets. What the description says of the parameters that
-    /// are searched does not matter.
+    /// A local search from the parameters' first values, and more from the best of many
+    /// random sets. The description's values of these parameters do not matter.
     Anywhere,
-    /// One descent, from the description's own values.
+    /// One local search, from the description's own values.
     Description,
 }
 
-/// How long and from where a search goes.
+/// Length and starts of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
-    /// Of the random sets and of the last search.
+    /// Random seed of the random sets and of CMA-ES.
     pub seed: u64,
     /// Sets of parameters to try, or a few more.
     pub evaluations: u64,
     /// Share of each range over which the last search's first sets are spread about the best.
     pub first_step: f64,
-    /// Where.
+    /// Starts of the local searches.
     pub begin: Begin,
 }
 
@@ -43,7 +44,7 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// The set of which a search is sure: the parameters' first values, or the description's.
+    /// The start that every search has: the parameters' first values, or the description's.
     pub fn first(&self, start: &Robot, parameters: &[Parameter]) -> Vec<f64> {
         let share_of = |parameter: &Parameter| match self.begin {
             Begin::Description => parameter.share_of(start),
@@ -52,7 +53,7 @@ impl Budget {
         parameters.iter().map(share_of).collect()
     }
 
-    /// Sets from anywhere in the ranges, which tell where else to descend.
+    /// Sets drawn evenly from the ranges: candidates for further starts.
     pub fn random(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
         let count = match self.begin {
             Begin::Description => 0,
@@ -62,8 +63,7 @@ impl Budget {
         (0..count).map(|_| parameters.iter().map(|_| random.random_range(0.0..=1.0)).collect()).collect()
     }
 
-    /// How many evaluations the search may have taken at the end of each descent, of which there
-    /// are no more than places to begin at.
+    /// Total of evaluations after which each local search ends; at most one per start.
     pub fn descents(&self, tried: u64, begins: usize) -> Vec<u64> {
         let count = DESCENTS.min(begins as u64);
         let until = (FOR_DESCENTS * self.evaluations as f64) as u64;

@@ -1,8 +1,9 @@
-//! What the simulated robot does with a table.
+//! Predicted speed, power and cost of a table on the simulated robot.
 
 use crate::robot::{PowerLine, Robot};
 use crate::sim::World;
 use crate::sim::open_loop::{self, FRAME_RATE_HZ};
+use protocol::JOINT_COUNT;
 
 /// The paper's trial, where the trials do not tell their own length.
 pub const TRIAL_S: f64 = 12.0;
@@ -36,12 +37,22 @@ impl Prediction {
 /// time, then the next is sent, over and over. Servos see a new pulse 60 times
 /// a second, so a row begins with the first frame after its time.
 #[must_use]
-pub fn predict(robot: &Robot, sample_s: f64, angles_rad: &[[f64; 8]], duration_s: f64) -> Prediction {
+pub fn predict(
+    robot: &Robot,
+    sample_s: f64,
+    angles_rad: &[[f64; JOINT_COUNT]],
+    duration_s: f64,
+) -> Prediction {
     predict_in(&mut World::new(robot), sample_s, angles_rad, duration_s)
 }
 
 /// The same in a world of one's own, such as one of finer steps.
-pub fn predict_in(world: &mut World, sample_s: f64, angles_rad: &[[f64; 8]], duration_s: f64) -> Prediction {
+pub fn predict_in(
+    world: &mut World,
+    sample_s: f64,
+    angles_rad: &[[f64; JOINT_COUNT]],
+    duration_s: f64,
+) -> Prediction {
     let trial = open_loop::Trial { entry_s: ENTRY_S, duration_s, ..open_loop::Trial::default() };
     let rows = angles_rad.len().max(1);
     let walk = open_loop::play_in(world, &trial, &mut |t| {
@@ -59,9 +70,9 @@ pub fn predict_in(world: &mut World, sample_s: f64, angles_rad: &[[f64; 8]], dur
 }
 
 /// Mean over a table's steps of the sum over joints of the change, in radians a sample.
-pub fn mean_step_rad(angles_rad: &[[f64; 8]]) -> f64 {
+pub fn mean_step_rad(angles_rad: &[[f64; JOINT_COUNT]]) -> f64 {
     let count = angles_rad.len().max(1);
-    let change = |from: &[f64; 8], to: &[f64; 8]| -> f64 {
+    let change = |from: &[f64; JOINT_COUNT], to: &[f64; JOINT_COUNT]| -> f64 {
         from.iter().zip(to).map(|(from, to)| (to - from).abs()).sum()
     };
     (0..count)

@@ -1,8 +1,8 @@
-//! How near predictions are: errors, ranks, lines.
+//! Measures of agreement: mean relative error, rank correlation, fitted lines.
 
 use crate::robot::PowerLine;
 
-/// Mean over pairs of `|predicted / measured - 1|`; nothing to compare is no error.
+/// Mean over pairs of `|predicted / measured - 1|`; 0 where there is nothing to compare.
 #[must_use]
 pub fn mean_relative_error(predicted: &[f64], measured: &[f64]) -> f64 {
     let errors = predicted.iter().zip(measured).map(|(p, m)| (p / m - 1.0).abs());

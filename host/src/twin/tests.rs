@@ -1,7 +1,7 @@
 //! Synthetic robots, tables and trials: what is planted is found, what cannot be is refused.
 
 use super::*;
-use crate::robot::{Power, Robot};
+use crate::robot::{LegScale, Power, Robot};
 use core::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ const TRIALS: &str = "leg_length,method,amplification,power_w,speed_m_s,cost_of_
 const ROWS: usize = 12;
 
 fn ant() -> Robot {
-    let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let mut robot = Robot::ant(LegScale::LONG).expect("the Ant");
     parameters::record(&mut robot).sample_s = 0.12;
     robot
 }
@@ -51,7 +51,7 @@ impl Desk {
     }
 
     fn trials(&self, text: &str) -> Result<Trials, TwinError> {
-        Trials::read(&self.write("trials.csv", &format!("{TRIALS}{text}")), 1.0)
+        Trials::read(&self.write("trials.csv", &format!("{TRIALS}{text}")), LegScale::LONG)
     }
 
     /// What a robot would have done with [`Self::tables`], in short trials.
@@ -217,9 +217,9 @@ fn trials_that_cannot_be_are_refused_by_line_and_value() {
     says(&desk.trials("0.6,trot,1,0.6,0.05,1.2,8\n").expect_err("other leg"), &["0.6", "--leg"]);
     says(&desk.trials("").expect_err("nothing"), &["none at all"]);
     let short = desk.write("short.csv", "leg_length,method,amplification,power_w\n1,trot,1,0.6\n");
-    says(&Trials::read(&short, 1.0).expect_err("no speed"), &["speed_m_s", "power_w"]);
+    says(&Trials::read(&short, LegScale::LONG).expect_err("no speed"), &["speed_m_s", "power_w"]);
     let none = Path::new("none.csv");
-    says(&Trials::read(none, 1.0).expect_err("no file"), &["none.csv"]);
+    says(&Trials::read(none, LegScale::LONG).expect_err("no file"), &["none.csv"]);
 }
 
 #[test]

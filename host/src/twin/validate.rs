@@ -1,4 +1,4 @@
-//! Holds predictions against measurements.
+//! Compares predictions with measurements.
 
 use super::TwinError;
 use super::files::{Gait, Measured, Tables, Trials};
@@ -7,6 +7,7 @@ use super::report::{Both, Condition, HalfStep, Method, Pair, Repeatability, Repo
 use super::score::{line_to, mean_relative_error, spearman};
 use crate::robot::Robot;
 use crate::sim::World;
+use protocol::JOINT_COUNT;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -32,7 +33,7 @@ pub fn validate(
 ) -> Result<Report, TwinError> {
     let sample_s =
         options.sample_s.or(robot.twin.as_ref().map(|twin| twin.sample_s)).ok_or(TwinError::SampleTime)?;
-    let cases: Vec<(&Gait, &Measured, Vec<[f64; 8]>)> = trials
+    let cases: Vec<(&Gait, &Measured, Vec<[f64; JOINT_COUNT]>)> = trials
         .measured
         .iter()
         .map(|(gait, measured)| Ok((gait, measured, tables.angles_rad(gait, robot)?)))
@@ -94,7 +95,7 @@ fn half_step(
     robot: &Robot,
     sample_s: f64,
     trials: &Trials,
-    cases: &[(&Gait, &Measured, Vec<[f64; 8]>)],
+    cases: &[(&Gait, &Measured, Vec<[f64; JOINT_COUNT]>)],
     conditions: &[Condition],
 ) -> HalfStep {
     let finer: Vec<Prediction> = cases

@@ -71,7 +71,7 @@ impl Setting {
     }
 }
 
-fn words(bytes: &[u8]) -> String {
+pub fn words(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
 }

@@ -157,7 +157,7 @@ pub enum Refusal {
     Amplitude,
     /// There is no gait to walk.
     NoGait,
-    /// A latched fault stands in the way.
+    /// A fault is latched.
     Faulted(Fault),
     /// Walking was asked for while walking: stop first.
     AlreadyWalking,
@@ -173,9 +173,9 @@ pub enum Refusal {
     /// All places for gaits are taken: erase one first. A gait of the same name
     /// stays until the new one is whole, so it makes no room.
     StorageFull,
-    /// There is no such place, or nothing in it.
+    /// The slot does not exist or is empty.
     NoSuchGait,
-    /// What came is no calibration.
+    /// The bytes are not a calibration.
     BadCalibration(CalibrationError),
     /// Not while the servos are on: stop first.
     ServosOn,

@@ -1,9 +1,9 @@
 //! A gait as bytes, checked once and evaluated where it lies.
 //!
-//! Owns the layout of both kinds of gait, which is postcard's: every field has a
+//! Holds the layout of both kinds of gait, which is postcard's: every field has a
 //! fixed length, so a robot finds each without decoding the others, and keeps
-//! one copy for playing, reading back and saving. Refuses bytes that are not
-//! wholly sound before it lets go of the gait it has.
+//! one copy for playing, reading back and saving. Invalid bytes are
+//! refused and the gait before them stays.
 //!
 //! | bytes | polynomial | sampled |
 //! |---|---|---|
@@ -15,20 +15,10 @@
 //! | last 4 | CRC-32 | CRC-32 |
 
 use super::curve::{self, PlainProduct, Product, are_valid_limits};
-use super::sampled::{MAX_ROWS, check_limits};
-use super::{
-    Amplitude, Angle, COEFFICIENT_COUNT, GaitError, GaitTable, MAX_ENCODED_LEN, MAX_PERIOD_US, MIN_PERIOD_US,
-    Name,
-};
+use super::layout::{CRC_LEN, Kind, MAX_ROWS, check_header, check_limits, crc32_of};
+use super::{Amplitude, Angle, COEFFICIENT_COUNT, GaitError, MAX_ENCODED_LEN, Name};
 use crate::crc::crc32;
 use crate::joint::{JOINT_COUNT, Joint};
-
-/// First byte of an encoding.
-#[repr(u8)]
-pub(super) enum Kind {
-    Polynomial = 0,
-    Sampled = 1,
-}
 
 const NAME: usize = 1;
 const PERIOD: usize = 17;
@@ -44,7 +34,6 @@ const MAX_DEG: usize = 23;
 const CENTRES: usize = 24;
 const ROW_COUNT: usize = 40;
 const ROWS: usize = 41;
-const CRC_LEN: usize = 4;
 
 const _: () = assert!(CURVES + JOINT_COUNT * CURVE_LEN + CRC_LEN <= MAX_ENCODED_LEN);
 const _: () = assert!(ROWS + MAX_ROWS * JOINT_COUNT + CRC_LEN <= MAX_ENCODED_LEN);
@@ -87,7 +76,7 @@ impl Encoded {
     /// Its identity: the CRC-32 at the end.
     #[must_use]
     pub fn crc32(&self) -> u32 {
-        GaitTable::crc32_of(self.bytes())
+        crc32_of(self.bytes())
     }
 
     /// Its name.
@@ -174,14 +163,19 @@ impl Encoded {
         (steps_q16 * i32::from(self.bytes[STEP])) >> 8
     }
 
-    /// The curves of a polynomial gait.
-    pub(super) fn polynomial(&self) -> Option<GaitTable> {
-        let is_one = self.len > 0 && !self.is_sampled();
-        is_one.then(|| {
-            GaitTable::of_parts(self.name(), self.period_us(), Angle(self.word(UNIT)), |joint, index| {
-                self.word(curve_at(joint) + 2 * index)
-            })
-        })
+    /// Degrees a joint moves per unit of action, of a polynomial gait.
+    pub(super) fn unit(&self) -> Angle {
+        Angle(self.word(UNIT))
+    }
+
+    /// Centre, lowest and highest angle (0 to 2), then the coefficients of a polynomial gait.
+    pub(super) fn curve_word(&self, joint: Joint, index: usize) -> i16 {
+        self.word(curve_at(joint) + 2 * index)
+    }
+
+    /// Whether it holds a gait, and that is a polynomial.
+    pub(super) const fn is_polynomial(&self) -> bool {
+        self.len > 0 && !self.is_sampled()
     }
 }
 
@@ -196,25 +190,6 @@ fn name_in(bytes: &[u8]) -> Name {
 fn period_in(bytes: &[u8]) -> u32 {
     let period = bytes.get(PERIOD..).and_then(<[u8]>::first_chunk);
     u32::from_le_bytes(*period.unwrap_or(&[0; 4]))
-}
-
-/// Checks what stands first in both kinds.
-pub(super) fn check_header(name: Name, period_us: u32) -> Result<(), GaitError> {
-    if !name.is_valid() {
-        return Err(GaitError::Name);
-    }
-    if !(MIN_PERIOD_US..=MAX_PERIOD_US).contains(&period_us) {
-        return Err(GaitError::Period);
-    }
-    Ok(())
-}
-
-/// Ends an encoding of `len` bytes with its CRC-32.
-pub(super) fn close(buffer: &mut [u8], len: usize) -> Result<&[u8], GaitError> {
-    let (body, rest) = buffer.split_at_mut(len);
-    let crc = crc32(body).to_le_bytes();
-    rest.get_mut(..CRC_LEN).ok_or(GaitError::Length)?.copy_from_slice(&crc);
-    Ok(&buffer[..len + CRC_LEN])
 }
 
 /// Whether `bytes` are one sound gait, and nothing else.

@@ -1,18 +1,16 @@
 //! The sampled gait: a trajectory that no polynomial holds, as it was recorded.
 //!
-//! Owns up to [`MAX_ROWS`] evenly spaced rows over one stride, a byte a joint,
+//! Holds up to [`MAX_ROWS`] evenly spaced rows over one stride, a byte a joint,
 //! with straight lines between them; the last row leads back to the first.
 //! One step size serves all joints, so the largest stroke sets the resolution:
 //! 1/127 of it, 0.2 degree for the 24 degrees that an action of 1 makes.
 
-use super::encoded::{Kind, check_header, close};
-use super::{Angle, GaitError, MAX_LIMIT_DEG, Name};
+use super::layout::{Kind, MAX_ROWS, check_header, check_limits, close};
+use super::{Angle, GaitError, Name};
 use crate::JOINT_COUNT;
 use serde::ser::SerializeSeq;
 use serde::{Serialize, Serializer};
 
-/// Most rows of a sampled gait: the authors' loop of 27 fits.
-pub const MAX_ROWS: usize = 27;
 /// Steps are in 1/512 degree.
 pub const STEP_UNITS_PER_DEG: f64 = 512.0;
 
@@ -135,16 +133,4 @@ impl SampledTable {
         let len = postcard::to_slice(self, rest).map_err(|_| GaitError::Length)?.len();
         close(buffer, 1 + len)
     }
-}
-
-/// Judges what stands before the centres.
-pub(super) const fn check_limits(step: u8, min_deg: i8, max_deg: i8) -> Result<(), GaitError> {
-    let bound = MAX_LIMIT_DEG as i8;
-    if step == 0 {
-        return Err(GaitError::Step);
-    }
-    if min_deg < -bound || max_deg > bound || min_deg >= max_deg {
-        return Err(GaitError::JointLimits(0));
-    }
-    Ok(())
 }

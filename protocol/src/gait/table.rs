@@ -1,9 +1,9 @@
 //! The polynomial gait: eight curves over one stride.
 //!
-//! Owns the table as the host handles it, field by field. The robot keeps the
+//! Holds the table as the host handles it, field by field. The robot keeps the
 //! bytes of [`GaitTable::encode`] and evaluates those: see [`super::Encoded`].
 
-use super::encoded::{Kind, close};
+use super::layout::{Kind, check_header, close, crc32_of};
 use super::{Angle, Coefficient, Encoded, GaitError, JointCurve, Name};
 use crate::JOINT_COUNT;
 use crate::crc::crc32;
@@ -29,7 +29,7 @@ impl GaitTable {
     /// The CRC-32 at the end of an encoded table: its identity.
     #[must_use]
     pub fn crc32_of(bytes: &[u8]) -> u32 {
-        bytes.last_chunk().copied().map_or(0, u32::from_le_bytes)
+        crc32_of(bytes)
     }
 
     /// Degrees a joint moves per unit of action at amplitude 1.0.
@@ -43,7 +43,7 @@ impl GaitTable {
     /// # Errors
     /// The first field that is out of its range.
     pub fn validate(&self) -> Result<(), GaitError> {
-        super::encoded::check_header(self.name, self.period_us)?;
+        check_header(self.name, self.period_us)?;
         match self.joints.iter().position(|joint| !joint.is_valid()) {
             Some(index) => Err(GaitError::JointLimits(index as u8)),
             None => Ok(()),
@@ -69,7 +69,7 @@ impl GaitTable {
     pub fn decode(bytes: &[u8]) -> Result<Self, GaitError> {
         let mut encoded = Encoded::EMPTY;
         encoded.replace(bytes)?;
-        encoded.polynomial().ok_or(GaitError::Kind)
+        if encoded.is_polynomial() { Ok(Self::of_encoded(&encoded)) } else { Err(GaitError::Kind) }
     }
 
     /// Asked angle of `joint` at `phase` (1/65536 of a stride), before limits.
@@ -84,20 +84,15 @@ impl GaitTable {
         super::phase_step(self.period_us.clamp(super::MIN_PERIOD_US, super::MAX_PERIOD_US))
     }
 
-    /// The curves out of an encoding that has been checked.
-    pub(super) fn of_parts(
-        name: Name,
-        period_us: u32,
-        unit: Angle,
-        mut words: impl FnMut(Joint, usize) -> i16,
-    ) -> Self {
+    /// The table that a checked encoding of a polynomial gait holds.
+    fn of_encoded(encoded: &Encoded) -> Self {
         let joints = Joint::ALL.map(|joint| JointCurve {
-            centre: Angle(words(joint, 0)),
-            min: Angle(words(joint, 1)),
-            max: Angle(words(joint, 2)),
-            coefficients: core::array::from_fn(|order| Coefficient(words(joint, 3 + order))),
+            centre: Angle(encoded.curve_word(joint, 0)),
+            min: Angle(encoded.curve_word(joint, 1)),
+            max: Angle(encoded.curve_word(joint, 2)),
+            coefficients: core::array::from_fn(|order| Coefficient(encoded.curve_word(joint, 3 + order))),
         });
-        Self { name, period_us, unit, joints }
+        Self { name: encoded.name(), period_us: encoded.period_us(), unit: encoded.unit(), joints }
     }
 
     /// The CRC-32 that [`Self::encode`] ends with, if the table is valid.

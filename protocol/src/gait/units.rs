@@ -1,6 +1,6 @@
 //! The integers that angles, amplitudes, speeds and names are made of.
 //!
-//! Owns their ranges. Floating point stands here only where the host quantises.
+//! Holds their ranges. Uses floating point only where the host quantises.
 
 use serde::{Deserialize, Serialize};
 
@@ -120,7 +120,7 @@ impl Name {
         Self(bytes)
     }
 
-    /// The name without its padding; empty if the bytes are no name.
+    /// The name without its padding; empty if the bytes are not a name.
     #[must_use]
     pub fn as_str(&self) -> &str {
         let len = self.0.iter().position(|&b| b == 0).unwrap_or(Self::CAPACITY);

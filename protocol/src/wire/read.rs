@@ -1,6 +1,6 @@
 //! Bytes to values.
 //!
-//! Owns what is left of a message. What runs out reads as zeros and is told at
+//! Holds what is left of a message. Past its end it reads zeros and reports that at
 //! the end: only what steers the reading is judged on the way.
 
 use super::WireError;

@@ -1,6 +1,6 @@
 //! Values to bytes.
 //!
-//! Owns none of them: each goes straight to where it is wanted. A byte too many
+//! Buffers none of them: each goes straight to its sink. A byte too many
 //! is for that to note, not refused here: without a way to fail, no field's
 //! outcome has to be looked at.
 

@@ -1,7 +1,7 @@
 //! Measures the firmware's ELF file on the emulated Nano and prints the table.
 //!
-//! Owns nothing but flags and output. Ends with 0 when the report is there,
-//! whatever it says; `--check` makes a missed bar an error.
+//! Holds flags and output only. Exits with 0 when the report is complete, whatever
+//! it says; `--check` makes a missed bar an error.
 
 use clap::Parser;
 use miette::{IntoDiagnostic as _, Result, bail};

@@ -1,11 +1,12 @@
 //! The virtual robot on a pseudo-terminal, in real time.
 //!
-//! Owns the pacing by the wall clock, the files of ground truth and pulses,
-//! and the EEPROM between runs. Its first line of output is the port. Ends on
-//! Ctrl-C, on SIGTERM, after `--max-seconds`, or when the firmware crashes.
+//! Holds the pacing by the wall clock, the files of ground truth and pulses, and
+//! the EEPROM between runs. Does not depend on the host's commands. Its first
+//! line of output is the port. Ends on Ctrl-C, on SIGTERM, after `--max-seconds`,
+//! or when the firmware crashes.
 
 use clap::Parser;
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use host::run_folder;
 use miette::{IntoDiagnostic as _, Result, WrapErr as _, miette};
 use sim_tests::body::JOINT_COUNT;
@@ -56,8 +57,8 @@ struct Args {
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
     /// The Ant with shins of this many times 23 cm
-    #[arg(long, value_name = "SCALE", default_value_t = 1.0)]
-    leg: f64,
+    #[arg(long, value_name = "SCALE", default_value = "1")]
+    leg: LegScale,
     /// Put the robot down a little differently; the same seed, the same way
     #[arg(long)]
     seed: Option<u64>,
@@ -82,7 +83,7 @@ fn main() -> Result<()> {
 
     let description = match &args.robot {
         Some(path) => Robot::load(path).into_diagnostic()?,
-        None => Robot::ant(args.leg).into_diagnostic().wrap_err("--leg")?,
+        None => Robot::ant(args.leg).into_diagnostic()?,
     };
     let elf = args.elf.clone().unwrap_or_else(FirmwareImage::default_path);
     let image = FirmwareImage::load(&elf).into_diagnostic()?;

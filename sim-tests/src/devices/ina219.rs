@@ -1,10 +1,11 @@
 //! The INA219 power sensor, register by register, in emulated time.
 //!
-//! Owns conversions: each is the mean of its input over its own window, shunt
-//! and bus in turn, as the chip's delta-sigma converter takes them. What the
-//! current does in between goes unseen, as it does on the bench. Refuses
-//! noise, offset and gain errors, and the bus time-out after 28 ms: this is an
-//! ideal chip with a real register file. The data sheet leaves open how coarse
+//! Holds conversions: each is the mean of its input over its own window, shunt
+//! and bus alternately, as the chip's delta-sigma converter takes them. What the
+//! current does in between goes unseen, as it does on the bench. Noise, offset and
+//! gain errors, and the bus time-out after 28 ms, are left out: this is an ideal chip
+//! with a real register file. Does not depend on the firmware. Longer than most
+//! files: conversions and registers are one state. The data sheet leaves open how coarse
 //! 9 to 11 bits are in the wider ranges of the shunt; here each bit less doubles
 //! the registers' unit, in every range.
 //!
@@ -14,7 +15,7 @@
 #[cfg(test)]
 mod tests;
 
-use super::{Device, INA219_ADDRESS};
+use super::Device;
 
 /// Configuration after power-on: 32 V, 320 mV, 12 bits, both continuously.
 pub const DEFAULT_CONFIGURATION: u16 = 0x399F;
@@ -52,7 +53,6 @@ enum Input {
     Bus,
 }
 
-/// A conversion under way.
 #[derive(Debug, Clone, Copy)]
 struct Conversion {
     input: Input,
@@ -62,9 +62,9 @@ struct Conversion {
     integral: f64,
 }
 
-/// One chip.
 #[derive(Debug)]
 pub struct Ina219 {
+    address: u8,
     configuration: u16,
     calibration: u16,
     shunt: i16,
@@ -90,10 +90,11 @@ pub struct Ina219 {
 }
 
 impl Ina219 {
-    /// A chip just powered on, with nothing at its inputs.
+    /// A chip just powered on at this 7-bit address, with nothing at its inputs.
     #[must_use]
-    pub fn new() -> Self {
+    pub fn new(address: u8) -> Self {
         let mut chip = Self {
+            address,
             configuration: DEFAULT_CONFIGURATION,
             calibration: 0,
             shunt: 0,
@@ -121,8 +122,8 @@ impl Ina219 {
     /// A chip whose conversions take so many times the typical time; the data
     /// sheet allows 1.1.
     #[must_use]
-    pub fn with_pace(pace: f64) -> Self {
-        let mut chip = Self { pace, ..Self::new() };
+    pub fn with_pace(address: u8, pace: f64) -> Self {
+        let mut chip = Self { pace, ..Self::new(address) };
         chip.restart(0.0);
         chip
     }
@@ -138,7 +139,7 @@ impl Ina219 {
     pub fn brown_out(&mut self, now_s: f64) {
         self.advance(now_s);
         let (shunt_v, bus_v, pace) = (self.shunt_v, self.bus_v, self.pace);
-        *self = Self { shunt_v, bus_v, pace, now_s, ..Self::new() };
+        *self = Self { shunt_v, bus_v, pace, now_s, ..Self::new(self.address) };
         self.restart(0.0);
     }
 
@@ -273,19 +274,13 @@ impl Ina219 {
     }
 }
 
-impl Default for Ina219 {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Device for Ina219 {
     fn select(&mut self, address: u8, read: bool, now_s: f64) -> bool {
         self.advance(now_s);
         self.written = 0;
         self.sent = 0;
         self.general_call = address == 0 && !read;
-        address == INA219_ADDRESS || self.general_call
+        address == self.address || self.general_call
     }
 
     fn write(&mut self, byte: u8, now_s: f64) -> bool {

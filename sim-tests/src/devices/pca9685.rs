@@ -1,12 +1,12 @@
 //! The PCA9685 servo driver, register by register.
 //!
-//! Owns the chip's registers, what its address decoder answers to, and its
-//! sleep and restart; the pins are in `outputs`. It knows nothing of the
-//! Nano: pulses go on through a reset of the master, as they do on the bench.
+//! Holds the chip's registers, what its address decoder answers to, and its
+//! sleep and restart; the pins are in `outputs`. Does not depend on the Nano:
+//! pulses go on through a reset of the master, as they do on the bench.
 //! What the data sheet forbids or leaves open has no effect here, and is noted
-//! as a [`Misuse`]. Refuses external clocks, which the robot does not wire, the
-//! bus time-out after 25 ms, and the start-up of the oscillator: pulses come at
-//! once. Longer than most files: bus, mode bits and restart are one state.
+//! as a [`Misuse`]. Left out are external clocks, which the robot does not wire, the
+//! bus time-out after 25 ms, and the start-up of the oscillator: pulses come
+//! immediately. Longer than most files: bus, mode bits and restart are one state.
 //!
 //! # Source
 //! NXP PCA9685 product data sheet, revision 4, sections 7.1 to 7.6.
@@ -15,7 +15,7 @@ mod outputs;
 #[cfg(test)]
 mod tests;
 
-use super::{Device, PCA9685_ADDRESS};
+use super::Device;
 pub use outputs::{CHANNEL_COUNT, COUNTS_PER_CYCLE};
 use outputs::{Outputs, width};
 
@@ -89,9 +89,9 @@ enum GeneralCall {
     Armed,
 }
 
-/// One chip.
 #[derive(Debug)]
 pub struct Pca9685 {
+    address: u8,
     oscillator_hz: f64,
     mode1: u8,
     mode2: u8,
@@ -111,11 +111,12 @@ pub struct Pca9685 {
 }
 
 impl Pca9685 {
-    /// A chip just powered on, with this oscillator.
+    /// A typical chip just powered on, at this 7-bit address.
     #[must_use]
-    pub fn new(oscillator_hz: f64) -> Self {
+    pub fn new(address: u8) -> Self {
         Self {
-            oscillator_hz,
+            address,
+            oscillator_hz: NOMINAL_OSCILLATOR_HZ,
             mode1: SLEEP | ALLCALL,
             mode2: outputs::TOTEM_POLE,
             addresses: [0xE2, 0xE4, 0xE8, 0xE0],
@@ -129,6 +130,12 @@ impl Pca9685 {
             bursts: Vec::new(),
             misuses: Vec::new(),
         }
+    }
+
+    /// The same chip with another oscillator.
+    #[must_use]
+    pub fn with_oscillator(self, oscillator_hz: f64) -> Self {
+        Self { oscillator_hz, ..self }
     }
 
     /// One count in microseconds: `(prescale + 1) / oscillator`.
@@ -325,7 +332,7 @@ impl Pca9685 {
         self.settle(now_s);
         let (bursts, misuses) = (std::mem::take(&mut self.bursts), std::mem::take(&mut self.misuses));
         let (enabled, last) = (self.outputs.enabled, self.outputs.last_pulse_ends_s);
-        *self = Self { bursts, misuses, ..Self::new(self.oscillator_hz) };
+        *self = Self { bursts, misuses, ..Self::new(self.address).with_oscillator(self.oscillator_hz) };
         (self.outputs.enabled, self.outputs.last_pulse_ends_s) = (enabled, last);
     }
 }
@@ -338,9 +345,9 @@ impl Device for Pca9685 {
         let mut also = self.addresses.iter().zip([8, 4, 2, 1]);
         let by_group = also.any(|(&a, enable)| self.mode1 & enable != 0 && a >> 1 == address);
         let is_general = address == 0 && !read;
-        // A repeated START after the reset's byte is no software reset.
+        // A repeated START after the reset's byte is not a software reset.
         self.general_call = if is_general { GeneralCall::Addressed } else { GeneralCall::Not };
-        let selected = address == PCA9685_ADDRESS || by_group || is_general;
+        let selected = address == self.address || by_group || is_general;
         if selected {
             self.start_s = now_s;
             self.wants_pointer = !read;

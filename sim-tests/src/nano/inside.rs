@@ -1,6 +1,7 @@
-//! What no user of a Nano can do: look into the chip, and change it as it runs.
+//! Access to the chip's inside that a user of a Nano does not have.
 //!
-//! Owns access to memories and traces, for measurements and faults.
+//! Holds reading and changing of memories and traces, for measurements and faults.
+//! Does not depend on the program that runs.
 
 use super::{EEPROM_LEN, Nano, SRAM_LEN, SRAM_START};
 use crate::firmware_image::FLASH_LEN;
@@ -9,7 +10,6 @@ use simavr_ffi as ffi;
 use std::ffi::c_void;
 
 impl Nano {
-    /// The EEPROM's contents.
     #[must_use]
     pub fn eeprom(&self) -> [u8; EEPROM_LEN] {
         let mut bytes = [0; EEPROM_LEN];

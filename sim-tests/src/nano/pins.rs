@@ -1,10 +1,10 @@
 //! The pins that the program drives and reads by hand.
 //!
-//! Owns the two-wire lines when the two-wire unit is off them, the start button
-//! on D2, and the servo driver's output enable on D4. Refuses analog levels: a
-//! pin that floats reads as the worse of both.
+//! Holds the two-wire lines while the two-wire unit is off, the start button on D2,
+//! and the servo driver's output enable on D4. Has no analog levels: a pin that
+//! floats reads as the worse of both. Does not depend on the serial line.
 
-use super::wires::Wires;
+use super::wires::{OutputEnable, Wires};
 use super::{Nano, seconds};
 use simavr_ffi as ffi;
 use std::ffi::c_void;
@@ -20,20 +20,6 @@ const DDRD: usize = 0x2A;
 const PORTD: usize = 0x2B;
 const BUTTON: u8 = 1 << 2;
 const OUTPUT_ENABLE: u8 = 1 << 4;
-
-/// What the servo driver's pin OE is connected to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum OutputEnable {
-    /// To ground through the driver board's own resistor, and to nothing else:
-    /// outputs are enabled for ever.
-    #[default]
-    Unwired,
-    /// To D4 too: enabled while the Nano is in reset.
-    PulledDown,
-    /// To D4, and to 5 V through a resistor that wins against the board's own:
-    /// a Nano in reset, or in its bootloader, enables nothing.
-    PulledUp,
-}
 
 impl Nano {
     /// Wires the servo driver's pin OE.
@@ -59,7 +45,7 @@ impl Wires {
             OutputEnable::PulledDown => false,
             OutputEnable::PulledUp => true,
         };
-        self.bus.borrow_mut().pca9685.set_enabled(!is_high, seconds(self.now()));
+        self.bus.borrow_mut().servo_driver.set_enabled(!is_high, seconds(self.now()));
     }
 
     /// As the registers stand, or with every pin an input.

@@ -1,7 +1,8 @@
 //! The chip's main loop, as simavr has it, with what simavr leaves out.
 //!
-//! Owns the order of instruction, timers, sleep and interrupts, resets and
-//! what they do to the clock, and the time that the two-wire bus takes.
+//! Holds the order of instruction, timers, sleep and interrupts, resets and
+//! what they do to the clock, and the time that the two-wire bus takes. Does not
+//! depend on the chips on that bus.
 
 use super::{
     CLOCK_HZ, ENTRY_CYCLES, HOST_BAUD, MAX_BAUD_ERROR, MCUSR, MCUSR_BROWN_OUT, MCUSR_EXTERNAL,
@@ -46,7 +47,7 @@ impl Nano {
                 ResetKind::BrownOut => *mcusr |= MCUSR_BROWN_OUT,
                 ResetKind::PowerOn => {
                     *mcusr = MCUSR_POWER_ON;
-                    // Contents are undefined on the chip; 0xA5 finds whoever relies on zeros.
+                    // Contents are undefined on the chip; 0xA5 shows code that relies on zeros.
                     data.add(SRAM_START).write_bytes(0xA5, SRAM_LEN);
                 }
                 // The core did so when the watchdog bit.
@@ -61,7 +62,7 @@ impl Nano {
     ///
     /// It did so after the watchdog was started anew, at its shortest period,
     /// as a reset by the watchdog leaves it: that bite would be as far away as
-    /// the time before the reset was long. Feeding the watchdog now mends that.
+    /// the time before the reset was long. Feeding the watchdog now corrects that.
     fn after_reset(&mut self, cycle: u64) {
         const FEED_WATCHDOG: u32 = u32::from_be_bytes(*b"wdtr");
         // SAFETY: `avr` is alive; this request takes no argument, and does

@@ -143,10 +143,10 @@ fn the_program_starts_66_ms_after_any_reset() {
     nano.wire_output_enable(OutputEnable::PulledUp);
 
     nano.run_until((16 + 66) * MILLISECOND).unwrap();
-    let held = nano.is_held() && !nano.bus().pca9685.is_enabled();
+    let held = nano.is_held() && !nano.bus().servo_driver.is_enabled();
     nano.run_until((16 + 67) * MILLISECOND).unwrap();
 
-    assert!(held && !nano.is_held() && nano.bus().pca9685.is_enabled());
+    assert!(held && !nano.is_held() && nano.bus().servo_driver.is_enabled());
 }
 
 #[test]
@@ -213,17 +213,17 @@ fn output_enable_follows_d4_and_its_resistor() {
     ] {
         let mut nano = board(&drives_d4());
         nano.wire_output_enable(wiring);
-        let mut enabled = vec![nano.bus().pca9685.is_enabled()];
+        let mut enabled = vec![nano.bus().servo_driver.is_enabled()];
         for cycle in [100, 300, 500] {
             nano.run_until(cycle).unwrap();
-            enabled.push(nano.bus().pca9685.is_enabled());
+            enabled.push(nano.bus().servo_driver.is_enabled());
         }
         nano.reset(1_000);
-        enabled.push(nano.bus().pca9685.is_enabled());
+        enabled.push(nano.bus().servo_driver.is_enabled());
 
         assert_eq!(enabled, levels, "{wiring:?}");
         nano.run_until(500 + 1_000 + START_UP_CYCLES + 100).unwrap();
-        assert!(nano.bus().pca9685.is_enabled(), "{wiring:?}: driven low again");
+        assert!(nano.bus().servo_driver.is_enabled(), "{wiring:?}: driven low again");
     }
 }
 
@@ -236,10 +236,10 @@ fn a_watchdog_reset_lets_go_of_d4() {
     nano.wire_output_enable(OutputEnable::PulledUp);
 
     nano.run_until(15 * MILLISECOND).unwrap();
-    let before = nano.bus().pca9685.is_enabled();
+    let before = nano.bus().servo_driver.is_enabled();
     nano.run_until(17 * MILLISECOND).unwrap();
 
-    assert!(before && !nano.bus().pca9685.is_enabled());
+    assert!(before && !nano.bus().servo_driver.is_enabled());
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! What the program did, instruction by instruction.
 //!
-//! Owns what is noted of each instruction: how long interrupts were off, how
+//! Holds what is noted of each instruction: how long interrupts were off, how
 //! long each handler took, which passes of the main loop did nothing, what
 //! happened on the two-wire bus, and how deep the stack went. Changes nothing
-//! about the run. Refuses judgement; [`crate::report`] has it.
+//! about the run. Does not depend on the bars, which are in [`crate::report`].
 
 mod bus;
 mod interrupts;
@@ -63,13 +63,11 @@ impl Step<'_> {
 pub struct Trace {
     /// When the first instruction began and the last one ended.
     pub span: Option<(u64, u64)>,
-    /// Handlers, and interrupts off.
     pub interrupts: InterruptLog,
     /// The main loop's passes, if it is known where the loop begins.
     pub passes: Option<PassLog>,
     /// Looks for the main loop.
     pub finder: LoopFinder,
-    /// The two-wire bus.
     pub bus: BusLog,
     /// The lowest stack pointer, above data space's end if none was seen.
     pub lowest_stack: Option<u16>,
@@ -80,7 +78,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Notes everything but passes of a main loop that nobody knows yet.
+    /// Notes everything but passes of the main loop, whose address is not known yet.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

@@ -1,6 +1,6 @@
 //! The Nano's bootloaders, from Debian's package arduino-core-avr.
 //!
-//! Owns where they lie in flash, and the reading of Intel's hex format. None of
+//! Holds their addresses in flash, and the reader of Intel's hex format. None of
 //! them is part of this project: where the package is not installed, they are
 //! left out and that is said. A stand-in of our own does what Optiboot does
 //! after a watchdog reset, for Debian's own build of it fits no Nano.
@@ -29,26 +29,18 @@ pub enum BootloaderError {
     },
     /// A line of the file is no record.
     #[error("{path}, line {line}: no record of Intel's hex format")]
-    Record {
-        /// Which file.
-        path: PathBuf,
-        /// Which line, from 1.
-        line: usize,
-    },
+    Record { path: PathBuf, line: usize },
     /// No chip can hold it.
     #[error("{path} ends at {end:#x}, beyond the chip's flash: no Nano can run this build of it")]
     TooLong {
-        /// Which file.
         path: PathBuf,
         /// First address behind it.
         end: usize,
     },
 }
 
-/// A bootloader's image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bootloader {
-    /// For the report.
     pub name: &'static str,
     path: PathBuf,
     /// Where the chip starts after a reset.

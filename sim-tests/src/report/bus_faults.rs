@@ -4,8 +4,8 @@
 //! during and after the sensor's reading, and taken away before the firmware
 //! calls the chip lost, so that the next one meets a walking robot again. Each
 //! transfer is timed from its START to a bus that is free again, recovery by
-//! hand included. In the end each fault stays, and is timed until the host has
-//! been told.
+//! hand included. In the end each fault stays, and is timed until the host hears
+//! of it. Does not depend on the firmware's source, only on its image.
 
 use super::memory::Stack;
 use super::rig::{Firmware, Rig, RigError};
@@ -28,7 +28,6 @@ pub enum BusFault {
 }
 
 impl BusFault {
-    /// Each of them.
     pub const ALL: [Self; 6] = [
         Self::NoServoDriver,
         Self::NoSensor,
@@ -38,12 +37,11 @@ impl BusFault {
         Self::DataHeld(9),
     ];
 
-    /// For the report.
     #[must_use]
     pub fn name(self) -> String {
         match self {
-            Self::NoServoDriver => "PCA9685 silent".into(),
-            Self::NoSensor => "INA219 silent".into(),
+            Self::NoServoDriver => format!("{} silent", Chip::ServoDriver.name()),
+            Self::NoSensor => format!("{} silent", Chip::PowerSensor.name()),
             Self::ClockHeld => "SCL held low".into(),
             Self::DataHeld(clocks) => format!("SDA held low for {clocks} clocks"),
         }
@@ -51,8 +49,8 @@ impl BusFault {
 
     fn begin(self, rig: &mut Rig) {
         match self {
-            Self::NoServoDriver => rig.robot.nano_mut().bus_mut().unplug(Chip::Pca9685),
-            Self::NoSensor => rig.robot.nano_mut().bus_mut().unplug(Chip::Ina219),
+            Self::NoServoDriver => rig.robot.nano_mut().bus_mut().unplug(Chip::ServoDriver),
+            Self::NoSensor => rig.robot.nano_mut().bus_mut().unplug(Chip::PowerSensor),
             Self::ClockHeld => rig.robot.nano_mut().bus_mut().set_stuck(true),
             Self::DataHeld(clocks) => rig.robot.nano_mut().hold_data_line(clocks),
         }
@@ -60,8 +58,8 @@ impl BusFault {
 
     fn end(self, rig: &mut Rig) {
         match self {
-            Self::NoServoDriver => rig.robot.nano_mut().bus_mut().replug(Chip::Pca9685),
-            Self::NoSensor => rig.robot.nano_mut().bus_mut().replug(Chip::Ina219),
+            Self::NoServoDriver => rig.robot.nano_mut().bus_mut().replug(Chip::ServoDriver),
+            Self::NoSensor => rig.robot.nano_mut().bus_mut().replug(Chip::PowerSensor),
             Self::ClockHeld => rig.robot.nano_mut().bus_mut().set_stuck(false),
             Self::DataHeld(_) => rig.robot.nano_mut().hold_data_line(0),
         }
@@ -73,10 +71,8 @@ impl BusFault {
     }
 }
 
-/// What one fault cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaultCost {
-    /// Which.
     pub fault: BusFault,
     /// Longest transfer, from its START to a free bus.
     pub transfer_ms: f64,
@@ -89,13 +85,10 @@ pub struct FaultCost {
 /// What all of them cost.
 #[derive(Debug)]
 pub struct BusFaults {
-    /// Each fault.
     pub costs: Vec<FaultCost>,
     /// Moments of a frame at which each was put in.
     pub moments: u64,
-    /// Their interrupts.
     pub interrupts: InterruptLog,
-    /// The deepest stack.
     pub stack: Stack,
 }
 
@@ -114,7 +107,7 @@ const FRAME_CYCLES: u64 = CLOCK_HZ / FRAME_RATE_HZ as u64;
 const BUSY_CYCLES: u64 = CLOCK_HZ / 500;
 /// Shorter than the frames after which a chip counts as lost.
 const FAULT_CYCLES: u64 = FRAME_CYCLES * 3 / 2;
-/// A lasting fault is told by then.
+/// A lasting fault is reported by then.
 const PATIENCE_S: f64 = 1.0;
 
 /// Puts every fault in at every moment.

@@ -1,10 +1,9 @@
 //! Sections and symbols of the firmware's ELF file.
 //!
-//! Owns what the report needs to know beside the program itself: sizes, where
-//! static memory ends, and names for addresses. A stripped file gives no names
-//! and no error.
+//! Holds what the report needs beside the program itself: sizes, where static
+//! memory ends, and names for addresses. A stripped file gives no names and no
+//! error. Does not depend on the emulator.
 
-/// A named address.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
     /// As the linker has it.
@@ -15,7 +14,6 @@ pub struct Symbol {
     pub len: u32,
 }
 
-/// A named section.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Section {
     /// With its dot.
@@ -46,7 +44,6 @@ impl Elf {
         self.sections.iter().find(|section| section.name == name).map_or(0, |section| section.len)
     }
 
-    /// Address of a symbol.
     #[must_use]
     pub fn address_of(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|symbol| symbol.name == name).map(|symbol| symbol.address)

@@ -1,15 +1,15 @@
 //! The robot's energy against the battery's, under a current that pulses.
 //!
-//! Owns the trials: the real firmware walks while the supply gives a power that
+//! Holds the trials: the real firmware walks while the supply gives a power that
 //! pulses with the servos' PWM and swings with the gait, and its trial energy
-//! is held against what left the battery's terminals meanwhile. What other
-//! settings of the sensor would give on the same loads is in [`schemes`].
+//! is compared with what left the battery's terminals meanwhile. Does not depend on
+//! other settings of the sensor; what they would give is in [`schemes`].
 
 pub mod ripple;
 pub mod schemes;
 
 use super::rig::{Firmware, Rig, RigError};
-use crate::devices::pca9685::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
+use crate::devices::servo_driver::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
 use crate::nano::CLOCK_HZ;
 use protocol::FRAME_RATE_HZ;
 use ripple::{Ripple, Shape};
@@ -22,23 +22,19 @@ const MAX_PEAK_W: f64 = 13.9;
 /// A trial is a whole number of these.
 pub(crate) const GAIT_PERIOD_S: f64 = 1.2;
 
-/// One trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
-    /// The load.
     pub ripple: Ripple,
     /// Reported over true, less one, in per cent.
     pub error_percent: f64,
 }
 
-/// All trials.
 #[derive(Debug)]
 pub struct Energy {
     /// Of the firmware.
     pub trials: Vec<Trial>,
     /// Of other settings of the sensor, on the same loads.
     pub schemes: Vec<SchemeResult>,
-    /// Seconds of each trial.
     pub seconds: f64,
 }
 
@@ -109,7 +105,7 @@ pub fn loads(nominal_hz: f64) -> Vec<Ripple> {
 pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Energy, RigError> {
     let periods = (duration_s / GAIT_PERIOD_S).round().max(1.0);
     let seconds = periods * GAIT_PERIOD_S;
-    let nominal_hz = Rig::started(firmware)?.robot.nano().bus().pca9685.frequency_hz();
+    let nominal_hz = Rig::started(firmware)?.robot.nano().bus().servo_driver.frequency_hz();
     let loads = loads(nominal_hz);
     let mut trials = Vec::with_capacity(loads.len());
     for &ripple in &loads {

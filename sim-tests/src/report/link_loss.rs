@@ -10,7 +10,7 @@
 
 use super::rig::{Firmware, Rig, RigError};
 use crate::client::ClientError;
-use crate::devices::pca9685::Burst;
+use crate::devices::servo_driver::Burst;
 use crate::nano::seconds;
 use protocol::{Angle, Chunk, Command, Event, JOINT_COUNT, Message, Refusal, Reply, State, WalkEnd};
 
@@ -171,7 +171,7 @@ pub fn slowest_ms(silences: &[Silence]) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::devices::pca9685::CHANNEL_COUNT;
+    use crate::devices::servo_driver::CHANNEL_COUNT;
 
     fn burst(stop_s: f64, first: Option<u16>) -> Burst {
         let mut counts = [None; CHANNEL_COUNT];

@@ -28,10 +28,8 @@ pub enum Flood {
 }
 
 impl Flood {
-    /// Each of them.
     pub const ALL: [Self; 4] = [Self::Status, Self::Chunks, Self::Noise, Self::Mixed];
 
-    /// For the report.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -88,7 +86,6 @@ impl Source {
 /// How busy the two-wire bus is, in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BusLoad {
-    /// Transfers.
     pub transfers: f64,
     /// From a START to the end of its transfer, summed up.
     pub busy_ms: f64,
@@ -103,7 +100,7 @@ impl BusLoad {
     }
 }
 
-/// How busy it is, and what else these runs showed.
+/// How busy it is, and what these runs showed beside that.
 #[derive(Debug)]
 pub struct Load {
     /// Walking with telemetry, in per cent.
@@ -121,9 +118,7 @@ pub struct Load {
     pub bus: BusLoad,
     /// Bytes lost in the receiver.
     pub receiver_overruns: u32,
-    /// Interrupts of all runs.
     pub interrupts: InterruptLog,
-    /// The deepest stack.
     pub stack: Stack,
 }
 
@@ -160,7 +155,7 @@ pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Load, RigError> {
             Some(flood) => run_flooded(&mut rig, flood, duration_s)?,
         }
         let trace = rig.take_trace()?;
-        if !rig.robot.nano().bus().pca9685.drives_any() {
+        if !rig.robot.nano().bus().servo_driver.drives_any() {
             return Err(RigError::Unseen("walk through a flood"));
         }
         let passes = trace.passes.as_ref().ok_or(RigError::Unseen("main loop"))?;

@@ -63,7 +63,6 @@ fn painted(sram: &[u8], statics_end: u16) -> Option<u16> {
 pub struct Memory {
     /// Code and start values.
     pub flash_bytes: u32,
-    /// Static memory.
     pub static_bytes: u32,
     /// The deepest stack of all runs.
     pub stack: Stack,

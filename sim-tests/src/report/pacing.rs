@@ -9,16 +9,14 @@
 use super::memory::Stack;
 use super::rig::{Firmware, Rig, RigError};
 use super::transfer::Transfers;
-use crate::devices::pca9685::Burst;
+use crate::devices::servo_driver::Burst;
 use crate::nano::trace::{InterruptLog, Transfer};
 use crate::nano::{CLOCK_HZ, seconds};
 use protocol::command::Storage;
 use protocol::{FRAME_RATE_HZ, JOINT_COUNT};
 
-/// Lateness of the bursts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lateness {
-    /// Bursts seen.
     pub bursts: usize,
     /// Frames of the grid without a burst.
     pub missing: u64,
@@ -97,26 +95,22 @@ pub fn burst_transfers(transfers: &[Transfer], bursts: &[Burst]) -> Vec<Transfer
 /// What a walk with everything going on showed.
 #[derive(Debug)]
 pub struct Pacing {
-    /// The bursts.
     pub lateness: Lateness,
     /// Uploads and saves during it.
     pub transfers: Transfers,
-    /// Its interrupts.
     pub interrupts: InterruptLog,
     /// Cycles of the main loop's longest pass.
     pub longest_pass_cycles: u64,
     /// Cycles of the longest burst, from its START to its STOP.
     pub longest_burst_cycles: u64,
-    /// The deepest stack.
     pub stack: Stack,
-    /// How long it was.
     pub seconds: f64,
 }
 
 /// Walks with telemetry, uploads and saves.
 ///
 /// # Errors
-/// [`RigError`] if the robot does not do as it is told.
+/// [`RigError`] if the robot does not do as it is asked.
 pub fn measure(firmware: &Firmware, duration_s: f64) -> Result<Pacing, RigError> {
     let mut rig = Rig::started(firmware)?;
     rig.walk()?;

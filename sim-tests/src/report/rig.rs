@@ -1,19 +1,19 @@
 //! A robot on the bench, walking, for the scenarios.
 //!
-//! Owns the firmware under test, how a robot is brought to walk, and what goes
-//! on beside the walking. Refuses to guess: a robot that does not do what it
-//! was told ends the report.
+//! Holds the firmware under test, how a robot is brought to walk, and what goes
+//! on beside the walking. A robot that does not do what it was asked ends the
+//! report. Does not depend on the figures.
 
 use super::elf::Elf;
 use crate::body::Bench;
 use crate::client::{Client, ClientError};
-use crate::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
+use crate::devices::servo_driver::NOMINAL_OSCILLATOR_HZ;
 use crate::firmware_image::{FirmwareImage, ImageError};
 use crate::fixtures::{self, Gait};
 use crate::nano::trace::Trace;
 use crate::nano::{CLOCK_HZ, NanoError};
 use crate::virtual_robot::{BuildError, VirtualRobot};
-use host::robot::{Robot, RobotError, Supply};
+use host::robot::{LegScale, Robot, RobotError, Supply};
 use protocol::{Command, GaitTable, Reply, State, Status};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -29,7 +29,7 @@ const NAME: &str = "report";
 /// Longest wait for a state: the entry into a gait takes about a second.
 const PATIENCE_S: f64 = 5.0;
 
-/// Why a scenario came to nothing.
+/// Why a scenario gives no figure.
 #[derive(Debug, Error)]
 pub enum RigError {
     /// The robot cannot be.
@@ -49,7 +49,6 @@ pub enum RigError {
     State {
         /// What it should be doing.
         wanted: State,
-        /// What it does.
         found: State,
     },
     /// Nothing was noted of what was to be measured.
@@ -63,7 +62,6 @@ pub enum RigError {
 /// The image under test, and what is known of it.
 #[derive(Debug, Clone)]
 pub struct Firmware {
-    /// The program.
     pub image: FirmwareImage,
     /// The ELF file's own tables.
     pub elf: Elf,
@@ -110,9 +108,7 @@ impl Firmware {
 
 /// A robot and its host.
 pub struct Rig {
-    /// The robot.
     pub robot: VirtualRobot,
-    /// The host.
     pub client: Client,
     uploads: usize,
 }
@@ -145,7 +141,7 @@ impl Rig {
 
     fn built(image: &FirmwareImage, supply: Supply, patience_s: f64) -> Result<Self, RigError> {
         let body = Box::new(Bench::new(SERVO_POWER_W));
-        let description = Robot { supply, ..Robot::ant(1.0)? };
+        let description = Robot { supply, ..Robot::ant(LegScale::LONG)? };
         let robot = VirtualRobot::with_body(image, &description, body, NOMINAL_OSCILLATOR_HZ)?;
         let mut rig = Self { robot, client: Client::new(), uploads: 0 };
         rig.client.run_for(&mut rig.robot, patience_s)?;

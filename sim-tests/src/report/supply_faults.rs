@@ -39,10 +39,8 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Each of them.
     pub const ALL: [Self; 3] = [Self::Undervoltage, Self::Overcurrent, Self::BeyondRange];
 
-    /// For the report.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -81,7 +79,6 @@ impl Trouble {
 /// One jump of the load that stayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// What went wrong.
     pub trouble: Trouble,
     /// When within a frame, 0 to 1.
     pub phase: f64,
@@ -168,12 +165,12 @@ fn stop(rig: &mut Rig, trouble: Trouble, phase: f64) -> Result<Stop, RigError> {
     jump(rig, trouble, began, None);
     rig.robot.run_until(began)?;
     let deadline = began + PATIENCE_CYCLES;
-    while rig.robot.nano().bus().pca9685.drives_any() && rig.robot.now() < deadline {
+    while rig.robot.nano().bus().servo_driver.drives_any() && rig.robot.now() < deadline {
         rig.robot.run_until(rig.robot.now() + STEP_CYCLES)?;
     }
-    let has_stopped = !rig.robot.nano().bus().pca9685.drives_any();
+    let has_stopped = !rig.robot.nano().bus().servo_driver.drives_any();
     let now_s = rig.robot.now_s();
-    let last_s = rig.robot.nano_mut().bus_mut().pca9685.last_pulse_ends_s(now_s);
+    let last_s = rig.robot.nano_mut().bus_mut().servo_driver.last_pulse_ends_s(now_s);
     let frames = last_s.filter(|_| has_stopped).map(|s| (s - seconds(began)) * f64::from(FRAME_RATE_HZ));
     rig.client.run_for(&mut rig.robot, 0.3)?;
     let is_told = |(_, message): &&(u64, Message)| *message == Message::Event(Event::Fault(trouble.fault()));

@@ -1,7 +1,8 @@
 //! The table: each figure with its key, its bar, and whether it is met.
 //!
-//! Owns the bars and the words. A figure that the firmware cannot show yet is
-//! `not measured`, with the reason; it is never met.
+//! Holds the bars and the words. Does not depend on the emulator. A figure that
+//! the firmware cannot show yet is `not measured`, with the reason; it is never
+//! met.
 
 use super::bus_faults::BusFaults;
 mod details;
@@ -41,24 +42,18 @@ pub const EMULATOR: [&str; 12] = [
     "USB adapters: none; one that keeps bytes back adds its latency to every step of an upload",
 ];
 
-/// Everything that was measured.
 #[derive(Debug)]
 pub struct Measured {
     /// Bursts, uploads and saves.
     pub pacing: Pacing,
-    /// The processor.
     pub load: Load,
-    /// The bus.
     pub faults: BusFaults,
-    /// The watchdog.
     pub watchdog: Bites,
-    /// The supply.
     pub supply: SupplyFaults,
     /// Attached walks whose host fell silent.
     pub silences: Vec<Silence>,
     /// Streams that ended without a word.
     pub streams: Vec<Silence>,
-    /// Flash and memory.
     pub memory: Memory,
     /// The energy, once its trials are over.
     pub energy: Option<Energy>,
@@ -94,7 +89,6 @@ impl Verdict {
 pub struct Figure {
     /// Its key in JSON.
     pub key: &'static str,
-    /// What it is.
     pub what: &'static str,
     /// The value, or why there is none.
     pub value: Result<f64, String>,
@@ -120,7 +114,7 @@ impl Figure {
 pub struct Table {
     /// In the order of the specification.
     pub figures: Vec<Figure>,
-    /// What the figures rely on, each with a limit of its own.
+    /// What the figures rely on, each with its limit.
     pub limits: Vec<Figure>,
     /// Plain sentences.
     pub details: Vec<String>,
@@ -143,7 +137,6 @@ impl Table {
         self.figures.iter().chain(&self.limits).all(|figure| figure.verdict() == Verdict::Met)
     }
 
-    /// For people.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();

@@ -23,13 +23,11 @@ pub struct Transfers {
 }
 
 impl Transfers {
-    /// The slowest upload.
     #[must_use]
     pub fn slowest_upload_ms(&self) -> Option<f64> {
         self.upload_ms.iter().copied().reduce(f64::max)
     }
 
-    /// The slowest save.
     #[must_use]
     pub fn slowest_persist_ms(&self) -> Option<f64> {
         self.persist_ms.iter().copied().reduce(f64::max)

@@ -32,7 +32,6 @@ pub enum Hang {
 }
 
 impl Hang {
-    /// For the report.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,10 +41,8 @@ impl Hang {
     }
 }
 
-/// One hang.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bite {
-    /// Where it hung.
     pub hang: Hang,
     /// With which bootloader; `None` without.
     pub bootloader: Option<&'static str>,
@@ -59,10 +56,8 @@ pub struct Bite {
     pub latched: bool,
 }
 
-/// All hangs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bites {
-    /// Each.
     pub bites: Vec<Bite>,
     /// What is left out, and why.
     pub not_covered: Vec<String>,
@@ -104,7 +99,7 @@ fn drives_output_enable(firmware: &Firmware) -> Result<bool, RigError> {
     rig.robot.nano_mut().wire_output_enable(OutputEnable::PulledUp);
     rig.walk()?;
     rig.client.run_for(&mut rig.robot, 0.1)?;
-    Ok(rig.robot.nano().bus().pca9685.drives_any())
+    Ok(rig.robot.nano().bus().servo_driver.drives_any())
 }
 
 fn bite(
@@ -142,7 +137,7 @@ fn bite(
     let mut hung = true;
     while stopped.is_none() && rig.robot.now() < began + PATIENCE_CYCLES {
         rig.robot.run_until(rig.robot.now() + STEP_CYCLES)?;
-        let is_off = !rig.robot.nano().bus().pca9685.drives_any();
+        let is_off = !rig.robot.nano().bus().servo_driver.drives_any();
         stopped = is_off.then(|| seconds(rig.robot.now() - began) * 1e3);
         if hung && (is_off || rig.robot.nano().counters().watchdog_resets > resets) {
             rig.robot.nano_mut().patch(address, before);

@@ -1,7 +1,7 @@
-//! What a bench asks for again and again, in a word each.
+//! What a bench asks for again and again, in one call each.
 //!
-//! Owns short names for whole conversations; refuses to hide a refusal: what is
-//! not answered as expected is a panic that says so.
+//! Holds short names for whole conversations. An answer other than the expected one
+//! is a panic that shows it. Does not depend on the chips.
 
 use super::SimRobot;
 use protocol::calibration::CalibrationError;

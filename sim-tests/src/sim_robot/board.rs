@@ -1,18 +1,19 @@
 //! The simulated HAL.
 //!
-//! Owns a clock that moves only when told, a serial line at its real pace
+//! Holds a clock that moves only when asked to, a serial line at its real pace
 //! behind rings of the real size, the chips of [`crate::devices`], a memory that
 //! takes 3.4 ms a byte and loses the byte under way when the power goes, and a
-//! watchdog that measures instead of resetting. Refuses misuse: reading memory
-//! during a write, or writing a byte where there is no room, is a panic.
+//! watchdog that measures instead of resetting. Misuse is a panic: reading memory
+//! during a write, or writing a byte where there is no room. Does not depend on the
+//! application. Longer than most files: the parts of the board share one clock.
 
 mod bus;
 
-use crate::devices::Bus as Chips;
+use crate::devices::{Bus as Chips, SHUNT_OHM};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::Operation;
-use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, Reading, SerialRing, Watchdog};
-use firmware::servos::{self, ServoBurst};
+use firmware::chips::{Reading, ServoBurst, ServoChip, ServoDriver};
+use firmware::hal::{Board, FrameClock, Panel, PersistentMemory, SerialRing, Watchdog};
 use protocol::FRAME_RATE_HZ;
 use protocol::frame::STOP_BYTE;
 use std::cell::Cell;
@@ -27,8 +28,6 @@ pub const NS_PER_S: u64 = 1_000_000_000;
 const BUS_BYTE_NS: u64 = 22_500;
 /// When a transfer on a stuck bus is given up.
 const BUS_TIMEOUT_NS: u64 = 1_000_000;
-/// The INA219 board's shunt.
-const SHUNT_OHM: f64 = 0.1;
 /// 10 bits at 115,200 baud.
 const SERIAL_BYTE_NS: u64 = 86_806;
 /// Bytes that the board's rings hold, and how many are many.
@@ -40,7 +39,6 @@ const MEMORY_WRITE_NS: u64 = 3_400_000;
 /// A figure for a stack that is not there.
 const STACK_LEFT: u16 = 300;
 
-/// The simulated board.
 pub struct SimBoard {
     now_ns: u64,
     frames: u64,
@@ -63,7 +61,7 @@ pub struct SimBoard {
     memory: [u8; 1024],
     memory_free_ns: u64,
     memory_write_at: u16,
-    /// What the memory stores instead of what it is told, for a worn cell.
+    /// A worn cell: it stores the inverse of what is written.
     pub worn_cell: Option<u16>,
     fed_ns: u64,
     longest_unfed_ns: u64,
@@ -82,13 +80,13 @@ impl SimBoard {
     /// A healthy board with erased memory and 5 V supply.
     pub(super) fn new() -> Self {
         let mut chips = Chips::default();
-        chips.ina219.set_inputs(0.0, 5.0, 0.0);
+        chips.power_sensor.set_inputs(0.0, 5.0, 0.0);
         Self {
             now_ns: 0,
             frames: 0,
             untaken_frames: 0,
             chips,
-            staged: servos::limp_burst(),
+            staged: ServoChip::limp_burst(),
             burst_ends_ns: 0,
             burst_failed: false,
             readings: VecDeque::new(),
@@ -142,7 +140,7 @@ impl SimBoard {
     /// Loads the supply from now on.
     pub fn set_supply(&mut self, bus_v: f64, current_a: f64) {
         let now_s = self.now_s();
-        self.chips.ina219.set_inputs(current_a * SHUNT_OHM, bus_v, now_s);
+        self.chips.power_sensor.set_inputs(current_a * SHUNT_OHM, bus_v, now_s);
     }
 
     /// Frames since power-on.
@@ -169,7 +167,6 @@ impl SimBoard {
         self.outputs_enabled
     }
 
-    /// The persistent memory.
     #[must_use]
     pub fn memory(&self) -> &[u8; 1024] {
         &self.memory
@@ -210,7 +207,7 @@ impl SimBoard {
             self.readings_taken = 0;
             self.untaken_frames = self.untaken_frames.saturating_add(1);
             let (result, busy_ns) =
-                self.transfer(servos::ADDRESS, &mut [Operation::Write(&self.staged.clone())]);
+                self.transfer(ServoChip::ADDRESS, &mut [Operation::Write(&self.staged.clone())]);
             self.burst_failed = result.is_err();
             self.burst_ends_ns = self.now_ns + busy_ns;
         }
@@ -334,14 +331,22 @@ impl Panel for SimBoard {
 /// One struct is the whole board: what is shared, above all the time, is shared.
 impl Board for SimBoard {
     type Product = protocol::gait::PlainProduct;
-    type Bus = Self;
+    type I2c = Self;
+    type Servos = Self;
+    type Sensor = Self;
     type Clock = Self;
     type Delay = SimDelay;
     type Serial = Self;
     type Memory = Self;
     type Watchdog = Self;
     type Panel = Self;
-    fn bus(&mut self) -> &mut Self {
+    fn i2c(&mut self) -> &mut Self {
+        self
+    }
+    fn servos(&mut self) -> &mut Self {
+        self
+    }
+    fn sensor(&mut self) -> &mut Self {
         self
     }
     fn clock(&mut self) -> &mut Self {
@@ -361,6 +366,9 @@ impl Board for SimBoard {
     }
     fn panel(&mut self) -> &mut Self {
         self
+    }
+    fn bus_errors(&self) -> u16 {
+        self.bus_errors
     }
     fn stack_left(&self) -> u16 {
         STACK_LEFT

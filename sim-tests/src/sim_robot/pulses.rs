@@ -1,7 +1,7 @@
 //! Pulses as a bench measures them: on or off, how far, how fast.
 //!
-//! Owns what the default calibration means in counts, in numbers of its own:
-//! nothing here asks the code under test.
+//! Holds what the default calibration means in counts. Does not depend on the code
+//! under test: the numbers are written out here.
 
 use super::Pulses;
 use crate::fixtures::Gait;

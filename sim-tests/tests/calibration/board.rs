@@ -51,7 +51,7 @@ fn every_number_of_a_joint_reaches_its_output() {
 fn another_prescaler_is_in_the_chip_before_the_next_pulse() {
     let mut robot = SimRobot::new();
     robot.upload(&fixtures::trot(), amplitude(1.0), false);
-    assert!((robot.board.chips.pca9685.frequency_hz() - 59.84).abs() < 0.01);
+    assert!((robot.board.chips.servo_driver.frequency_hz() - 59.84).abs() < 0.01);
     // 25 MHz / 4096 / 50 = 122 Hz.
     robot.calibrate(&with_board(|board| board.prescale = 49));
 
@@ -59,11 +59,15 @@ fn another_prescaler_is_in_the_chip_before_the_next_pulse() {
     robot.run_until(State::Walking);
     robot.run_frames(60);
 
-    assert!((robot.board.chips.pca9685.frequency_hz() - 122.07).abs() < 0.01);
+    assert!((robot.board.chips.servo_driver.frequency_hz() - 122.07).abs() < 0.01);
     assert_eq!(robot.state(), State::Walking, "the check of the chips knows, too");
-    assert!(robot.board.chips.pca9685.misuses().is_empty(), "{:?}", robot.board.chips.pca9685.misuses());
+    assert!(
+        robot.board.chips.servo_driver.misuses().is_empty(),
+        "{:?}",
+        robot.board.chips.servo_driver.misuses()
+    );
     let robot = robot.power_cycle();
-    assert!((robot.board.chips.pca9685.frequency_hz() - 122.07).abs() < 0.01, "from the start");
+    assert!((robot.board.chips.servo_driver.frequency_hz() - 122.07).abs() < 0.01, "from the start");
 }
 
 /// Energy over a second at this true current through a shunt of so many ohms.
@@ -73,7 +77,7 @@ fn energy_through(shunt_ohm: f64, current_a: f64, gain: f64) -> (f64, i32) {
     robot.calibrate(&with_board(|board| board.shunt_gain_q14 = (gain * f64::from(UNITY_GAIN_Q14)) as u16));
     robot.expect_done(Command::StreamTelemetry { every_frames: 1 });
     let now_s = robot.board.now_s();
-    robot.board.chips.ina219.set_inputs(current_a * shunt_ohm, 4.992, now_s);
+    robot.board.chips.power_sensor.set_inputs(current_a * shunt_ohm, 4.992, now_s);
     robot.run_frames(3);
     robot.expect_done(walk_for(60));
     robot.run_until(State::Holding);

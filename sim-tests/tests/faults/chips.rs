@@ -2,8 +2,7 @@
 
 use crate::{WALK, has_limp_servos, walking};
 use protocol::{Command, Event, Fault, Refusal, Reply, ResetCause, State};
-use sim_tests::devices::pca9685::NOMINAL_OSCILLATOR_HZ;
-use sim_tests::devices::{Chip, Pca9685};
+use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::SimRobot;
 
@@ -16,10 +15,10 @@ fn start_up_configures_both_chips() {
 
     let chips = &mut robot.board.chips;
     // Prescaler 101 from 25 MHz.
-    assert!((chips.pca9685.count_us() - 4.08).abs() < 1e-9, "{} us", chips.pca9685.count_us());
-    assert!(!chips.pca9685.is_asleep());
+    assert!((chips.servo_driver.count_us() - 4.08).abs() < 1e-9, "{} us", chips.servo_driver.count_us());
+    assert!(!chips.servo_driver.is_asleep());
     assert!(!chips.start(0x70, false, 1.0), "ALLCALL still answers");
-    assert_eq!(chips.ina219.configuration(), SENSOR_CONFIGURATION);
+    assert_eq!(chips.power_sensor.configuration(), SENSOR_CONFIGURATION);
 }
 
 #[test]
@@ -27,7 +26,7 @@ fn losing_the_sensor_stops_the_robot_until_the_fault_is_cleared() {
     let mut robot = walking();
 
     let fault = State::Fault(Fault::SensorLost);
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     robot.run_until(fault);
     assert!(has_limp_servos(&robot), "at once, not with the next burst");
     robot.run_frames(10);
@@ -38,7 +37,7 @@ fn losing_the_sensor_stops_the_robot_until_the_fault_is_cleared() {
     assert_eq!(robot.ask(WALK), Reply::Refused(Refusal::Faulted(Fault::SensorLost)));
     let missing = Reply::Refused(Refusal::ChipMissing(Fault::SensorLost));
     assert_eq!(robot.ask(Command::ClearFault), missing, "its cause is still there");
-    robot.board.chips.replug(Chip::Ina219);
+    robot.board.chips.replug(Chip::PowerSensor);
     robot.run_frames(60);
     robot.expect_done(Command::Stop);
     assert_eq!(robot.state(), fault, "nothing else clears it");
@@ -53,10 +52,10 @@ fn losing_the_sensor_stops_the_robot_until_the_fault_is_cleared() {
 fn losing_the_servo_driver_stops_the_robot_and_its_return_finds_it_limp() {
     let mut robot = walking();
 
-    robot.board.chips.unplug(Chip::Pca9685);
+    robot.board.chips.unplug(Chip::ServoDriver);
     robot.run_frames(6);
     let lost = robot.state();
-    robot.board.chips.replug(Chip::Pca9685);
+    robot.board.chips.replug(Chip::ServoDriver);
     let pulses_on = !has_limp_servos(&robot);
     robot.run_frames(2);
 
@@ -70,9 +69,9 @@ fn losing_the_servo_driver_stops_the_robot_and_its_return_finds_it_limp() {
 fn a_single_failed_burst_does_not_stop_the_robot() {
     let mut robot = walking();
 
-    robot.board.chips.unplug(Chip::Pca9685);
+    robot.board.chips.unplug(Chip::ServoDriver);
     robot.run_frames(1);
-    robot.board.chips.replug(Chip::Pca9685);
+    robot.board.chips.replug(Chip::ServoDriver);
     robot.run_frames(30);
 
     assert_eq!(robot.state(), State::Walking);
@@ -83,19 +82,19 @@ fn a_sensor_that_lost_its_configuration_is_noticed_within_half_a_second() {
     let mut robot = walking();
     let now_s = robot.board.now_s();
 
-    robot.board.chips.ina219.brown_out(now_s);
+    robot.board.chips.power_sensor.brown_out(now_s);
     robot.run_frames(30);
 
     assert_eq!(robot.state(), State::Fault(Fault::SensorLost));
     robot.expect_done(Command::ClearFault);
-    assert_eq!(robot.board.chips.ina219.configuration(), SENSOR_CONFIGURATION);
+    assert_eq!(robot.board.chips.power_sensor.configuration(), SENSOR_CONFIGURATION);
 }
 
 #[test]
 fn a_servo_driver_that_lost_its_configuration_is_noticed_within_half_a_second() {
     let mut robot = walking();
 
-    robot.board.chips.pca9685 = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    robot.board.chips.power_cycle(Chip::ServoDriver);
     robot.run_frames(30);
 
     assert_eq!(robot.state(), State::Fault(Fault::ServoDriverLost));
@@ -119,7 +118,8 @@ fn a_stuck_bus_stops_the_robot_and_it_still_answers() {
 
 #[test]
 fn a_robot_without_chips_starts_answers_and_refuses_to_walk() {
-    for (chip, fault) in [(Chip::Pca9685, Fault::ServoDriverLost), (Chip::Ina219, Fault::SensorLost)] {
+    for (chip, fault) in [(Chip::ServoDriver, Fault::ServoDriverLost), (Chip::PowerSensor, Fault::SensorLost)]
+    {
         let mut robot = SimRobot::new();
         robot.board.chips.unplug(chip);
         let mut robot = robot.reset(ResetCause::External);
@@ -175,8 +175,8 @@ fn a_sagging_supply_that_takes_both_chips_leaves_a_limp_robot() {
     let mut robot = walking();
     let now_s = robot.board.now_s();
 
-    robot.board.chips.pca9685 = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
-    robot.board.chips.ina219.brown_out(now_s);
+    robot.board.chips.power_cycle(Chip::ServoDriver);
+    robot.board.chips.power_sensor.brown_out(now_s);
     let mut robot = robot.reset(ResetCause::BrownOut);
     robot.run_frames(2);
 

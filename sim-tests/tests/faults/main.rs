@@ -17,5 +17,5 @@ fn walking() -> SimRobot {
 }
 
 fn has_limp_servos(robot: &SimRobot) -> bool {
-    !robot.board.chips.pca9685.drives_any()
+    !robot.board.chips.servo_driver.drives_any()
 }

@@ -1,4 +1,4 @@
-//! What the light and the output enable tell of it.
+//! What the light and the output enable show of a fault.
 
 use crate::walking;
 use protocol::{Fault, State};
@@ -22,7 +22,7 @@ fn the_light_tells_idle_walking_and_fault_apart() {
     let idle = light(&mut robot);
     let mut robot = walking();
     let on_the_way = light(&mut robot);
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     robot.run_until(State::Fault(Fault::SensorLost));
     let faulted = light(&mut robot);
 
@@ -40,7 +40,7 @@ fn the_output_enable_follows_the_servos_and_falls_with_a_fault() {
     let limp = robot.board.outputs_enabled();
     let mut robot = walking();
     let on_the_way = robot.board.outputs_enabled();
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     robot.run_until(State::Fault(Fault::SensorLost));
     let faulted = robot.board.outputs_enabled();
 

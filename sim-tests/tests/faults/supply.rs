@@ -126,9 +126,9 @@ fn missed_samples_do_not_start_the_debounce_anew() {
     let from = robot.board.frames();
 
     while robot.state() == State::Walking {
-        robot.board.chips.unplug(Chip::Ina219);
+        robot.board.chips.unplug(Chip::PowerSensor);
         robot.run_frames(1);
-        robot.board.chips.replug(Chip::Ina219);
+        robot.board.chips.replug(Chip::PowerSensor);
         robot.run_frames(1);
         assert!(robot.board.frames() < from + 60, "it walks on at 4.0 V");
     }

@@ -1,11 +1,11 @@
 //! What the firmware asks of its chips, and whether the data sheets allow it.
 
 use super::support::*;
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use protocol::{Command, State};
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
-use sim_tests::devices::pca9685::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
+use sim_tests::devices::servo_driver::{NOMINAL_OSCILLATOR_HZ, OSCILLATOR_SPREAD_HZ};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::{CLOCK_HZ, OutputEnable};
 use sim_tests::virtual_robot::VirtualRobot;
@@ -38,8 +38,8 @@ fn the_servo_driver_is_never_asked_for_what_its_data_sheet_forbids() {
 
     let bus = robot.nano().bus();
 
-    assert_eq!(bus.pca9685.misuses(), []);
-    assert!(!bus.pca9685.drives_any());
+    assert_eq!(bus.servo_driver.misuses(), []);
+    assert!(!bus.servo_driver.drives_any());
 }
 
 /// The first frame's burst, before which no frame was computed, once wrote zeros
@@ -61,7 +61,7 @@ fn a_nudge_in_the_first_moments_finds_the_servo_driver_as_it_was_configured() {
 #[test]
 fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
     for oscillator_hz in OSCILLATOR_SPREAD_HZ {
-        let ant = Robot::ant(1.0).unwrap();
+        let ant = Robot::ant(LegScale::LONG).unwrap();
         let body = Box::new(Bench::new(0.1));
         let mut robot = VirtualRobot::with_body(&image(), &ant, body, oscillator_hz).unwrap();
         let mut client = Client::new();
@@ -70,8 +70,8 @@ fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
 
         let now_s = robot.now_s();
         let mut bus = robot.nano_mut().bus_mut();
-        let pulse_us = bus.pca9685.pulses_us(now_s)[0].unwrap();
-        let counts = f64::from(bus.pca9685.counts()[0].unwrap());
+        let pulse_us = bus.servo_driver.pulses_us(now_s)[0].unwrap();
+        let counts = f64::from(bus.servo_driver.counts()[0].unwrap());
 
         // 102 periods a count; a frame may lie between registers and pins.
         let stretch = pulse_us / (counts * 4.08);
@@ -84,10 +84,10 @@ fn an_uncalibrated_oscillator_stretches_every_pulse_by_its_own_error() {
 fn the_output_enable_on_d4_follows_the_servos_and_the_button_on_d2_stops_them() {
     let (mut robot, mut client) = on_the_bench();
     robot.nano_mut().wire_output_enable(OutputEnable::PulledUp);
-    let limp = robot.nano().bus().pca9685.is_enabled();
+    let limp = robot.nano().bus().servo_driver.is_enabled();
     walk(&mut robot, &mut client);
     client.run_for(&mut robot, 0.1).unwrap();
-    let walking = robot.nano().bus().pca9685.is_enabled();
+    let walking = robot.nano().bus().servo_driver.is_enabled();
 
     robot.nano_mut().press_button(true);
     client.run_for(&mut robot, 0.2).unwrap();
@@ -96,5 +96,5 @@ fn the_output_enable_on_d4_follows_the_servos_and_the_button_on_d2_stops_them() 
 
     assert_eq!((limp, walking), (false, true));
     assert_eq!(pressed, State::Holding);
-    assert!(!robot.nano().bus().pca9685.is_enabled());
+    assert!(!robot.nano().bus().servo_driver.is_enabled());
 }

@@ -1,13 +1,14 @@
-//! What a bench robot suffers: resets, lost chips, a stuck bus.
+//! Faults of a robot on the bench: resets, lost chips, a stuck bus. Longer than most
+//! files: one test for each fault, on the same bench.
 
 use super::support::*;
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use protocol::command::Storage;
 use protocol::{Command, Event, Fault, Message, Refusal, Reply, ResetCause, State, WalkEnd};
 use sim_tests::body::Bench;
 use sim_tests::client::Client;
 use sim_tests::devices::Chip;
-use sim_tests::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
+use sim_tests::devices::servo_driver::{Burst, NOMINAL_OSCILLATOR_HZ};
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::nano::{CLOCK_HZ, seconds};
 use sim_tests::virtual_robot::VirtualRobot;
@@ -56,11 +57,11 @@ fn a_reset_in_mid_walk_leaves_the_servos_pulsing_until_the_program_switches_them
 
     robot.nano_mut().reset(CLOCK_HZ);
     robot.run_for(0.9).unwrap();
-    assert!(robot.nano().bus().pca9685.drives_any(), "the chip knows nothing of the reset");
+    assert!(robot.nano().bus().servo_driver.drives_any(), "the chip does not see the reset");
     // And the start-up time that the fuses ask for.
     robot.run_for(0.18).unwrap();
 
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
 }
 
 #[test]
@@ -81,7 +82,7 @@ fn a_brown_out_in_mid_walk_is_told_and_leaves_the_servos_off() {
 
     let started = Message::Event(Event::Started(ResetCause::BrownOut));
     assert!(client.heard().iter().any(|(_, message)| *message == started));
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
     assert_eq!(status(&mut robot, &mut client).state, State::Idle);
 }
 
@@ -97,12 +98,12 @@ fn a_lost_sensor_stops_the_walk_and_the_fault_is_told() {
         .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
 
-    robot.nano_mut().bus_mut().unplug(Chip::Ina219);
+    robot.nano_mut().bus_mut().unplug(Chip::PowerSensor);
     client.run_for(&mut robot, 2.0).unwrap();
 
     assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Fault(Fault::SensorLost))));
     assert_eq!(status(&mut robot, &mut client).state, State::Fault(Fault::SensorLost));
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
 }
 
 #[test]
@@ -116,14 +117,14 @@ fn a_sensor_that_lost_its_configuration_is_noticed() {
         )
         .unwrap();
     wait_for(&mut robot, &mut client, State::Walking, 5.0);
-    let configured = robot.nano().bus().ina219.configuration();
+    let configured = robot.nano().bus().power_sensor.configuration();
 
     let now_s = robot.now_s();
-    robot.nano_mut().bus_mut().ina219.brown_out(now_s);
+    robot.nano_mut().bus_mut().power_sensor.brown_out(now_s);
     client.run_for(&mut robot, 3.0).unwrap();
 
     let faulted = status(&mut robot, &mut client).state == State::Fault(Fault::SensorLost);
-    let restored = robot.nano().bus().ina219.configuration() == configured;
+    let restored = robot.nano().bus().power_sensor.configuration() == configured;
     println!("faulted: {faulted}, configured again: {restored}");
     assert!(faulted || restored, "it walks on with a sensor that measures something else");
 }
@@ -151,7 +152,7 @@ fn a_stuck_bus_neither_hangs_nor_crashes_and_the_robot_still_answers() {
     client.expect_done(&mut robot, Command::ClearFault).unwrap();
 
     assert_eq!(status(&mut robot, &mut client).state, State::Idle);
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
 }
 
 /// The watchdog is on from the start, and each look at a stuck bus takes its time.
@@ -212,13 +213,13 @@ fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
 
     assert!(robot.nano_mut().hang(), "the image has no endless loop to hang in");
     robot.run_for(0.02).unwrap();
-    let pulses_on = robot.nano().bus().pca9685.drives_any();
+    let pulses_on = robot.nano().bus().servo_driver.drives_any();
     let mut client = Client::new();
     client.run_for(&mut robot, 0.1).unwrap();
 
     assert!(pulses_on, "it hung and went on pulsing");
     assert_eq!(robot.nano().counters().watchdog_resets, 1);
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
     let status = status(&mut robot, &mut client);
     assert_eq!(status.state, State::Fault(Fault::Watchdog));
     assert_eq!(status.gait.unwrap().name.as_str(), "trot");
@@ -228,7 +229,7 @@ fn a_hung_program_is_reset_by_the_watchdog_servos_off_and_the_fault_is_told() {
 /// A robot whose battery has this voltage and resistance, and servos of this
 /// power, is told to walk; returns the frames in which the servos had pulses.
 fn frames_on(nominal_v: f64, resistance_ohm: f64, servo_w: f64, fault: Fault) -> usize {
-    let mut ant = Robot::ant(1.0).unwrap();
+    let mut ant = Robot::ant(LegScale::LONG).unwrap();
     (ant.supply.nominal_v, ant.supply.resistance_ohm) = (nominal_v, resistance_ohm);
     let body = Box::new(Bench::new(servo_w));
     let mut robot = VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap();
@@ -243,7 +244,7 @@ fn frames_on(nominal_v: f64, resistance_ohm: f64, servo_w: f64, fault: Fault) ->
 
     assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::Fault(fault))));
     assert_eq!(status(&mut robot, &mut client).state, State::Fault(fault));
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
     walking_bursts(&robot.take_bursts()).len()
 }
 
@@ -267,7 +268,7 @@ fn a_battery_that_cannot_carry_the_servos_stops_them_and_says_why() {
 
 #[test]
 fn an_empty_battery_is_told_before_anything_moves() {
-    let mut ant = Robot::ant(1.0).unwrap();
+    let mut ant = Robot::ant(LegScale::LONG).unwrap();
     ant.supply.nominal_v = 4.4;
     let body = Box::new(Bench::new(0.1));
     let mut robot = VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap();
@@ -312,5 +313,5 @@ fn an_attached_walk_without_a_host_ends_within_a_second_and_stands_soon_after() 
     println!("the walk ends {told_s:.3} s after the last answer, the last move comes after {still_s:.3} s");
     assert!(told_s > 0.9 && told_s <= 1.0 + 2.0 / 60.0, "{told_s} s");
     assert!(still_s <= told_s + 1.0, "{still_s} s");
-    assert!(!robot.nano().bus().pca9685.drives_any(), "limp in the end");
+    assert!(!robot.nano().bus().servo_driver.drives_any(), "limp in the end");
 }

@@ -1,6 +1,6 @@
 //! The real firmware image on the emulated Nano, with chips, supply and body.
 //!
-//! A missing image fails every test here, with the next move.
+//! A missing image fails every test here, and the message says how to build one.
 
 mod chips;
 mod faults;
@@ -9,7 +9,7 @@ mod stack;
 mod support;
 mod two_ways;
 
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use host::sim::World;
 use protocol::command::{Record, Storage};
 use protocol::{
@@ -135,7 +135,7 @@ fn a_walk_of_n_frames_plays_n_frames_and_ends_limp() {
     assert!(client.heard().iter().any(|(_, m)| *m == Message::Event(Event::WalkEnded(WalkEnd::Finished))));
     let (_, last) = client.telemetry().next_back().unwrap();
     assert_eq!((last.trial_frames, last.state), (90, State::Idle));
-    assert!(!robot.nano().bus().pca9685.drives_any());
+    assert!(!robot.nano().bus().servo_driver.drives_any());
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn amplitude_changes_while_walking_without_a_jump() {
 #[test]
 fn energy_over_12_s_of_walking_is_within_2_per_cent_of_the_batterys() {
     const FRAMES: u32 = 720;
-    let ant = Robot::ant(1.0).unwrap();
+    let ant = Robot::ant(LegScale::LONG).unwrap();
     let (mut robot, mut client) = started(Box::new(World::new(&ant)));
     client.upload(&mut robot, &fixtures::trot().table(), amplitude(2.2), false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
@@ -213,7 +213,7 @@ fn energy_over_12_s_of_walking_is_within_2_per_cent_of_the_batterys() {
 #[test]
 fn equal_inputs_give_equal_runs() {
     let run = || {
-        let ant = Robot::ant(0.6).unwrap();
+        let ant = Robot::ant(LegScale::SHORT).unwrap();
         let mut robot = VirtualRobot::new(&image(), &ant, Some(7)).unwrap();
         let mut client = Client::new();
         client.run_for(&mut robot, 0.3).unwrap();

@@ -72,9 +72,9 @@ fn transfers_that_fail_are_counted_nine_readings_a_frame() {
     let (mut robot, mut client) = walking();
     let before = status(&mut robot, &mut client).bus_errors;
 
-    robot.nano_mut().bus_mut().unplug(Chip::Ina219);
+    robot.nano_mut().bus_mut().unplug(Chip::PowerSensor);
     client.run_for(&mut robot, 3.0 / 60.0).unwrap();
-    robot.nano_mut().bus_mut().replug(Chip::Ina219);
+    robot.nano_mut().bus_mut().replug(Chip::PowerSensor);
     client.run_for(&mut robot, 0.1).unwrap();
 
     let status = status(&mut robot, &mut client);

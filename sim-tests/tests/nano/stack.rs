@@ -42,7 +42,8 @@ fn the_deepest_stack_stays_clear_of_the_data() {
     client.expect_done(&mut robot, Command::SetAmplitude(amplitude(1.5))).unwrap();
     client.run_for(&mut robot, 1.5).unwrap();
     refuse_a_bad_table(&mut robot, &mut client, &table);
-    for (chip, fault) in [(Chip::Ina219, Fault::SensorLost), (Chip::Pca9685, Fault::ServoDriverLost)] {
+    for (chip, fault) in [(Chip::PowerSensor, Fault::SensorLost), (Chip::ServoDriver, Fault::ServoDriverLost)]
+    {
         robot.nano_mut().bus_mut().unplug(chip);
         wait_for(&mut robot, &mut client, State::Fault(fault), 3.0);
         let walk = Command::Walk { amplitude: None, frames: Some(30), detached: true, dry_run: false };

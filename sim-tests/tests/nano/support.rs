@@ -1,10 +1,10 @@
 //! A robot on the bench, and what its pulses and its energy are held against.
 
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use protocol::{Command, JOINT_COUNT, PROTOCOL_VERSION, Reply, State, Status};
 use sim_tests::body::{Bench, Body};
 use sim_tests::client::Client;
-use sim_tests::devices::pca9685::{Burst, NOMINAL_OSCILLATOR_HZ};
+use sim_tests::devices::servo_driver::{Burst, NOMINAL_OSCILLATOR_HZ};
 use sim_tests::firmware_image::FirmwareImage;
 use sim_tests::fixtures::Gait;
 use sim_tests::virtual_robot::{Truth, VirtualRobot};
@@ -21,7 +21,7 @@ pub fn image() -> FirmwareImage {
 }
 
 pub fn robot_with(body: Box<dyn Body>) -> VirtualRobot {
-    let ant = Robot::ant(1.0).unwrap();
+    let ant = Robot::ant(LegScale::LONG).unwrap();
     VirtualRobot::with_body(&image(), &ant, body, NOMINAL_OSCILLATOR_HZ).unwrap()
 }
 

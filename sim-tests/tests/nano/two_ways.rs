@@ -4,14 +4,15 @@
 use crate::support::image;
 use host::energy::STANDARD_GRAVITY_M_S2;
 use host::gait::gait_file::GaitFile;
-use host::robot::Robot;
+use host::robot::{LegScale, Robot};
 use host::sim::open_loop::{self, Trial};
 use host::sim::{Perturbation, Start};
 use protocol::{Command, Joint};
 use sim_tests::client::Client;
+use sim_tests::devices::SHUNT_OHM;
 use sim_tests::fixtures;
 use sim_tests::nano::seconds;
-use sim_tests::virtual_robot::{SHUNT_OHM, VirtualRobot};
+use sim_tests::virtual_robot::VirtualRobot;
 
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
@@ -31,7 +32,7 @@ struct Case {
 }
 
 fn direct(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
-    let start = Start::drawn(&Perturbation::default(), seed);
+    let start = Start::sampled(&Perturbation::default(), seed);
     // The robot's first walking frame is the gait's first, as here.
     let trial = Trial { start, duration_s: f64::from(FRAMES - 1) / 60.0, ..Trial::default() };
     let walk = open_loop::play(ant, &trial, |t| {
@@ -92,12 +93,12 @@ fn agree(case: &Case) {
 #[test]
 fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
     let table = GaitFile::from_table(&fixtures::trot().table());
-    agree(&Case { ant: Robot::ant(1.0).unwrap(), gait: table, amplitude: 2.2 });
+    agree(&Case { ant: Robot::ant(LegScale::LONG).unwrap(), gait: table, amplitude: 2.2 });
 }
 
 #[test]
 fn they_agree_on_the_searched_gaits_of_both_legs() {
-    for leg in [1.0, 0.6] {
+    for leg in [LegScale::LONG, LegScale::SHORT] {
         let gait = host::search::bundled_gaits::gait(leg).unwrap().unwrap();
         agree(&Case { ant: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
     }

@@ -1,4 +1,4 @@
-//! Starts the programs under test and ends them whatever happens.
+//! Starts the programs under test, and ends them even if the test fails.
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;

@@ -1,6 +1,6 @@
 //! A memory whose power goes during a write, and a store on it.
 //!
-//! Owns what a byte may hold after that: the old bits, with any of them erased;
+//! Holds what a byte may hold after that: the old bits, with any of them erased;
 //! none; or the new ones, with any of the zeros still missing.
 
 use firmware::hal::PersistentMemory;

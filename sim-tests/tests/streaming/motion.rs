@@ -1,4 +1,4 @@
-//! What the servos do with it.
+//! How the servos follow a stream.
 
 use crate::{feed, pose, run_of, streaming};
 use protocol::frame::STOP_BYTE;
@@ -107,7 +107,7 @@ fn from_a_stand_it_waits_standing() {
     assert!(largest_step(&pulses[..15]) == 0.0);
 }
 
-/// How the walk before it was meant is no matter of a stream.
+/// A stream does not depend on how the walk before it was asked for.
 #[test]
 fn after_a_detached_rehearsal_it_moves_and_depends_on_its_host() {
     let mut robot = SimRobot::new();
@@ -156,7 +156,7 @@ fn angles_beyond_the_servos_are_held_at_their_shortest_and_longest_pulse() {
 fn faults_stop_it_as_they_stop_a_walk() {
     let mut robot = streaming();
     feed(&mut robot, 0..40);
-    robot.board.chips.unplug(Chip::Ina219);
+    robot.board.chips.unplug(Chip::PowerSensor);
     let mut index = 40;
     while !matches!(robot.state(), State::Fault(_)) {
         robot.ask(setpoints(&[pose(index)]));
@@ -165,7 +165,7 @@ fn faults_stop_it_as_they_stop_a_walk() {
     }
 
     assert_eq!(robot.state(), State::Fault(Fault::SensorLost));
-    assert!(!robot.board.chips.pca9685.drives_any());
+    assert!(!robot.board.chips.servo_driver.drives_any());
     assert_eq!(robot.ask(Command::Stream), Reply::Refused(Refusal::Faulted(Fault::SensorLost)));
     assert_eq!(robot.ask(setpoints(&[pose(0)])), Reply::Refused(Refusal::NoStream));
 }

@@ -1,7 +1,7 @@
 //! Pause, speed and amplitude while walking: never a jump.
 
 use crate::{ready, walking};
-use protocol::{Command, Refusal, Reply, Speed, State, WalkEnd};
+use protocol::{Command, JOINT_COUNT, Refusal, Reply, Speed, State, WalkEnd};
 use sim_tests::fixtures::{self, Gait, amplitude};
 use sim_tests::sim_robot::SimRobot;
 use sim_tests::sim_robot::ask::{ATTACHED_WALK, WALK, setpoints, walk_for};
@@ -176,7 +176,7 @@ fn a_speed_beyond_double_is_refused() {
     let wild: Speed = serde::Deserialize::deserialize(sequence).unwrap();
 
     assert_eq!(robot.ask(Command::SetSpeed(wild)), Reply::Refused(Refusal::Range));
-    assert_eq!(robot.ask(setpoints(&[[0.0; 8]])), Reply::Refused(Refusal::NoStream));
+    assert_eq!(robot.ask(setpoints(&[[0.0; JOINT_COUNT]])), Reply::Refused(Refusal::NoStream));
     let (_, strides) = pace_over(&mut robot, 72);
     assert!((strides - 1.0).abs() < 0.001, "{strides}");
 }

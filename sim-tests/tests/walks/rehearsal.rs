@@ -131,7 +131,7 @@ fn a_chip_lost_during_it_is_no_fault_for_nothing_moves() {
     robot.expect_done(rehearse_for(200));
     robot.run_until(State::Walking);
 
-    robot.board.chips.unplug(Chip::Pca9685);
+    robot.board.chips.unplug(Chip::ServoDriver);
     robot.board.set_supply(3.0, 0.0);
     robot.run_frames(60);
 

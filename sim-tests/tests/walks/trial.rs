@@ -4,7 +4,9 @@ use crate::{ready, walking};
 use firmware::store::TRIAL_PLACE;
 use protocol::frame::STOP_BYTE;
 use protocol::gait::GaitTable;
-use protocol::{Amplitude, Command, Fault, Refusal, Reply, ResetCause, State, TrialRecord, WalkEnd};
+use protocol::{
+    Amplitude, Command, Fault, JOINT_COUNT, Refusal, Reply, ResetCause, State, TrialRecord, WalkEnd,
+};
 use sim_tests::devices::Chip;
 use sim_tests::fixtures::{self, amplitude};
 use sim_tests::sim_robot::ask::{ATTACHED_WALK, WALK, rehearse_for, setpoints, walk_for};
@@ -80,7 +82,7 @@ fn every_end_of_a_walk_is_kept_with_its_reason() {
     };
     let broken = {
         let mut robot = walking();
-        robot.board.chips.unplug(Chip::Ina219);
+        robot.board.chips.unplug(Chip::PowerSensor);
         robot.run_until(State::Fault(Fault::SensorLost));
         robot
     };
@@ -108,7 +110,7 @@ fn every_end_of_a_walk_is_kept_with_its_reason() {
 fn a_stream_is_kept_without_a_gaits_identity() {
     let mut robot = ready();
     robot.expect_done(Command::Stream);
-    robot.ask(setpoints(&[[0.0; 8]; 3]));
+    robot.ask(setpoints(&[[0.0; JOINT_COUNT]; 3]));
     robot.run_frames(20);
     robot.run_until(State::Holding);
 

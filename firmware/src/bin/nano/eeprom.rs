@@ -1,7 +1,8 @@
 //! The EEPROM, one byte at a time.
 //!
-//! Owns EEAR, EEDR and EECR. The ready interrupt tells when a byte is done,
-//! 3.4 ms after it was started; nothing waits for it.
+//! Holds the registers EEAR, EEDR and EECR. The ready interrupt tells when a byte
+//! is done, 3.4 ms after it was started; nothing waits for it. Does not depend on
+//! what the bytes mean.
 
 use avr_device::atmega328p::{EEPROM, eeprom};
 use avr_device::interrupt::{self, CriticalSection, Mutex};
@@ -64,7 +65,15 @@ impl PersistentMemory for Eeprom {
             // SAFETY: EEPE counts only within 4 cycles of EEMPE (data sheet
             // 8.6.3): two adjacent instructions, interrupts off. Then EERIE,
             // for the interrupt at the end. EECR is I/O register 0x1F.
-            unsafe { asm!("sbi 0x1F, 2", "sbi 0x1F, 1", "sbi 0x1F, 3", options(nostack)) };
+            #[rustfmt::skip] // Keeps the remarks in a column.
+            unsafe {
+                asm!(
+                    "sbi 0x1F, 2", // EEMPE: a write is allowed
+                    "sbi 0x1F, 1", // EEPE: write
+                    "sbi 0x1F, 3", // EERIE: interrupt when it is done
+                    options(nostack)
+                );
+            };
         });
     }
 }

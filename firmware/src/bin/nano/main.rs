@@ -9,14 +9,15 @@
 //! | D4 (PD4) | `/OE` of the PCA9685, optional, with 2.2 k to 5 V |
 //! | D13 (PB5) | the light on the board: see `firmware::app` |
 //!
-//! Owns every register and interrupt of the chip, one module each. Refuses to
-//! hold logic: what can be wrong without hardware is in the library.
+//! Holds every register and interrupt of the chip, one module each. What can be
+//! wrong without hardware is in the library; nothing there depends on this program.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod eeprom;
+mod frame_clock;
 mod memory;
 mod panel;
 mod product;
@@ -29,13 +30,16 @@ mod usart;
 
 use avr_device::interrupt;
 use core::cell::UnsafeCell;
+use firmware::App;
+use firmware::chips::{ServoChip, ServoDriver};
 use firmware::hal::Board;
-use firmware::{App, servos};
 
 /// All of the board, in the library's terms.
 struct Nano {
-    bus: twi::Twi,
-    clock: timer::Timer,
+    i2c: twi::Twi,
+    servos: twi::Bursts,
+    sensor: twi::Readings,
+    clock: frame_clock::Timer,
     serial: usart::Usart,
     memory: eeprom::Eeprom,
     watchdog: reset::Watchdog,
@@ -44,19 +48,29 @@ struct Nano {
 
 impl Board for Nano {
     type Product = product::Mul;
-    type Bus = twi::Twi;
-    type Clock = timer::Timer;
+    type I2c = twi::Twi;
+    type Servos = twi::Bursts;
+    type Sensor = twi::Readings;
+    type Clock = frame_clock::Timer;
     type Delay = timer::Delay;
     type Serial = usart::Usart;
     type Memory = eeprom::Eeprom;
     type Watchdog = reset::Watchdog;
     type Panel = panel::Panel;
 
-    fn bus(&mut self) -> &mut twi::Twi {
-        &mut self.bus
+    fn i2c(&mut self) -> &mut twi::Twi {
+        &mut self.i2c
     }
 
-    fn clock(&mut self) -> &mut timer::Timer {
+    fn servos(&mut self) -> &mut twi::Bursts {
+        &mut self.servos
+    }
+
+    fn sensor(&mut self) -> &mut twi::Readings {
+        &mut self.sensor
+    }
+
+    fn clock(&mut self) -> &mut frame_clock::Timer {
         &mut self.clock
     }
 
@@ -78,6 +92,10 @@ impl Board for Nano {
 
     fn panel(&mut self) -> &mut panel::Panel {
         &mut self.panel
+    }
+
+    fn bus_errors(&self) -> u16 {
+        twi::errors()
     }
 
     fn stack_left(&self) -> u16 {
@@ -104,15 +122,17 @@ fn main() -> ! {
     let boot = reset::take_cause();
     // The servos come first: the PCA9685 pulses on through a reset of the Nano.
     // Timer and bus come before them only because nothing waits without a bound.
-    let clock = timer::Timer::start();
-    let mut bus = twi::Twi::start();
-    if servos::switch_off(&mut bus).is_err() {
+    let clock = frame_clock::Timer::start();
+    let (mut i2c, servos, sensor) = twi::start();
+    if ServoChip::switch_off(&mut i2c).is_err() {
         // A reset in the middle of a transfer left it stuck; it has been freed.
-        let _ = servos::switch_off(&mut bus);
+        let _ = ServoChip::switch_off(&mut i2c);
     }
     stack::paint();
     let mut board = Nano {
-        bus,
+        i2c,
+        servos,
+        sensor,
         clock,
         serial: usart::Usart::start(),
         memory: eeprom::Eeprom::start(),

@@ -1,10 +1,11 @@
 //! Light, button, and the servo driver's output enable.
 //!
-//! Owns PB5 (D13), PD2 and PD4; the serial port has the rest of port D that is
-//! used at all. The light is SPI's clock too, which this robot does not use:
+//! Holds the pins PB5 (D13), PD2 and PD4; the serial port has the rest of port D
+//! that is used at all. The light is SPI's clock too, which this robot does not use:
 //! off until the main loop runs, and frozen if it hangs. `/OE` is high, outputs
 //! off, from the program's first instructions on; before them, in reset and in
 //! the bootloader, the pin floats, and a resistor to 5 V holds it.
+//! Does not depend on what the light shows or the button starts.
 
 use avr_device::atmega328p::{PORTB, PORTD, portb, portd};
 

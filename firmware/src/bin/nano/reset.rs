@@ -1,11 +1,12 @@
 //! Reset cause and watchdog.
 //!
-//! Owns MCUSR and WDTCSR, and a word of memory that a reset does not clear,
-//! which says whether servos were on. Refuses to guess a cause: bootloaders may
+//! Holds the registers MCUSR and WDTCSR, and a word of memory that a reset does not
+//! clear, which says whether servos were on. Does not guess a cause: bootloaders may
 //! clear the flags before the program sees them. A watchdog reset then reads as
 //! unknown: servos go off as after any reset, but no fault is latched. The
 //! bootloader of Nanos from before 2018 leaves the watchdog on and never gets
 //! as far as this program: the servos keep their last pulses until power-off.
+//! Does not depend on the application beyond [`firmware::Boot`].
 
 use avr_device::atmega328p::{CPU, WDT};
 use core::arch::{asm, global_asm};
@@ -19,6 +20,7 @@ const SERVOS_ON: u32 = 0x5E41_0FF1;
 // Memory outside .data and .bss: the start-up code leaves it alone. Rust has no
 // way to ask for a section without contents, hence the assembler.
 global_asm!(
+    // Writable memory without contents in the image; a name; four bytes; back to code.
     ".section .noinit,\"aw\",@nobits",
     ".global psto_servos_note",
     "psto_servos_note:",
@@ -62,14 +64,15 @@ fn write_watchdog(bits: u8) {
     // 10.8.2), which two adjacent stores meet with interrupts off. The register
     // block of the watchdog is WDTCSR alone.
     unsafe {
+        #[rustfmt::skip] // Keeps the remarks in a column.
         asm!(
-            "in {sreg}, 0x3F",
-            "cli",
-            "wdr",
-            "st Z, {open}",
-            "st Z, {bits}",
-            "wdr",
-            "out 0x3F, {sreg}",
+            "in {sreg}, 0x3F",  // keep the flags, and whether interrupts are on
+            "cli",              // interrupts off
+            "wdr",              // restart the count: the new period may be short
+            "st Z, {open}",     // WDTCSR = WDCE and WDE: changes are allowed
+            "st Z, {bits}",     // WDTCSR = the new bits
+            "wdr",              // restart the count
+            "out 0x3F, {sreg}", // interrupts as they were
             sreg = out(reg) _,
             open = in(reg) 0x18_u8,
             bits = in(reg) bits,

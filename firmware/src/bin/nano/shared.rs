@@ -1,13 +1,12 @@
 //! A byte that interrupts and the main loop share.
 //!
-//! An AVR loads and stores a byte in one instruction, so whoever only does that
-//! needs no critical section; core's atomics have one all the same, 4 cycles and
-//! two registers each. Refuses more: what is read, changed and written back has
-//! one writer, or interrupts off.
+//! Holds one type. An AVR loads and stores a byte in one instruction, so code that
+//! only does that needs no critical section; core's atomics have one all the same, 4
+//! cycles and two registers each. What is read, changed and written back has one
+//! writer, or interrupts off. Does not depend on who shares it.
 
 use core::cell::UnsafeCell;
 
-/// The byte.
 #[repr(transparent)]
 pub struct Shared(UnsafeCell<u8>);
 
@@ -16,12 +15,10 @@ pub struct Shared(UnsafeCell<u8>);
 unsafe impl Sync for Shared {}
 
 impl Shared {
-    /// With a start value.
     pub const fn new(value: u8) -> Self {
         Self(UnsafeCell::new(value))
     }
 
-    /// What it holds now.
     #[inline(always)]
     pub fn get(&self) -> u8 {
         // SAFETY: valid for as long as `self`; volatile, for it changes behind

@@ -1,8 +1,9 @@
 //! Paints the free memory, so that the deepest stack can be measured.
 //!
-//! A stack that runs into data is silent on an AVR. Whoever looks at the
-//! memory between `_end` and the stack finds [`PAINT`] in every byte that was
-//! never used: [`left`], and `sim-tests/tests/nano/stack.rs`.
+//! Holds the pattern and the count. A stack that runs into data is silent on an
+//! AVR: the memory between `_end` and the stack has [`PAINT`] in every byte that was
+//! never used, and [`left`] and `sim-tests/tests/nano/stack.rs` look for it. Does not
+//! depend on what uses the stack.
 
 use core::arch::asm;
 
@@ -61,7 +62,7 @@ fn count() -> u16 {
     let mut at = first;
     // The loop ends at the latest where the stack of this very call begins.
     // SAFETY: memory between the statics and the stack; volatile, because the
-    // compiler knows of nobody who writes there.
+    // compiler sees no code that writes there.
     while unsafe { at.read_volatile() } == PAINT {
         at = at.wrapping_add(1);
     }

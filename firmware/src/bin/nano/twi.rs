@@ -1,10 +1,12 @@
 //! The two-wire bus: bursts and readings by interrupt, everything else by bounded polling.
 //!
-//! Owns TWI, who may use it, and what goes over it by itself: two buffers for
-//! the servo burst, the one on the wire and the one being prepared, and a ring
-//! of power readings. [`chain`] moves the bytes, [`free`] unlocks a stuck bus,
-//! [`master`] has the main loop's transfers. Refuses to mix: whoever finds the
-//! bus taken waits for its end, which a deadline bounds, or does without.
+//! Holds the registers of TWI, who may use them, and what interrupts send and read:
+//! two buffers for the servo burst, the one on the wire and the one being prepared,
+//! and a ring of power readings. [`chain`] moves the bytes, [`free`] unlocks a stuck
+//! bus, [`master`] has the main loop's transfers. Transfers never mix: code that
+//! finds the bus taken waits for its end, which a deadline bounds, or does without.
+//! Does not depend on the chips but for their addresses, the length of a burst and
+//! the two registers of a reading.
 
 mod chain;
 mod free;
@@ -14,8 +16,8 @@ use avr_device::atmega328p::{TWI, twi};
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 use core::cell::Cell;
 
-use firmware::hal::{BurstState, Bus, Reading};
-use firmware::servos::ServoBurst;
+use firmware::chips::{Reading, ServoBurst};
+use firmware::hal::{BurstState, PowerReadings, ServoOutput};
 
 use super::shared::{Shared, word};
 use super::timer::TICKS_PER_US;
@@ -28,6 +30,9 @@ const BURST_TICKS: u16 = 1_200 * TICKS_PER_US;
 /// 16 MHz / (16 + 2 * 12) = 400 kHz.
 const BIT_RATE: u8 = 12;
 const BURST_LEN: u8 = size_of::<ServoBurst>() as u8;
+// A burst of another servo driver has to end in time too: 35 us a byte, of which 9
+// bits are 22.5, and the address is one.
+const _: () = assert!((1 + size_of::<ServoBurst>()) * 35 * TICKS_PER_US as usize <= BURST_TICKS as usize);
 
 /// Who drives the bus; up to `MAIN`, it is not the handlers.
 mod owner {
@@ -50,7 +55,7 @@ static FRONT: Shared = Shared::new(0);
 /// Whether the other one is complete.
 static FRESH: Shared = Shared::new(0);
 
-/// Four bytes a reading, as they came: the bus voltage, then the shunt's.
+/// Four bytes a reading, as they came: the voltage, then the current.
 const READING_LEN: u8 = 4;
 /// Eight readings are a frame's less one: the main loop may be away as long.
 const RING_LEN: u8 = 8 * READING_LEN;
@@ -60,7 +65,7 @@ const _: () = assert!(RING_LEN.is_power_of_two());
 static READINGS: [Shared; RING_LEN as usize] = [const { Shared::new(0) }; RING_LEN as usize];
 /// Where the next reading goes; the handlers' own.
 static HEAD: Shared = Shared::new(0);
-/// The oldest that nobody has seen; the main loop's own.
+/// The oldest that was not taken; only the main loop writes it.
 static TAIL: Shared = Shared::new(0);
 
 fn registers() -> &'static twi::RegisterBlock {
@@ -108,7 +113,20 @@ fn status() -> u8 {
     registers().twsr().read().bits() & 0xF8
 }
 
-impl Bus for Twi {
+/// The bus at 400 kHz, in the three ways that the main loop uses it.
+pub fn start() -> (Twi, Bursts, Readings) {
+    (Twi::start(), Bursts(()), Readings(()))
+}
+
+/// Transfers that failed since the start, the interrupts' own included.
+pub fn errors() -> u16 {
+    interrupt::free(|cs| ERRORS.borrow(cs).get())
+}
+
+/// The servo bursts, as the main loop sees them.
+pub struct Bursts(());
+
+impl ServoOutput for Bursts {
     fn stage(&mut self, burst: &ServoBurst) {
         // A frame that starts while this is copied repeats the burst before.
         FRESH.set(0);
@@ -122,7 +140,12 @@ impl Bus for Twi {
     fn burst(&mut self) -> BurstState {
         interrupt::free(|cs| OUTCOME.borrow(cs).get())
     }
+}
 
+/// The power sensor's readings, as the main loop sees them.
+pub struct Readings(());
+
+impl PowerReadings for Readings {
     fn readings(&self) -> u8 {
         (HEAD.get().wrapping_sub(TAIL.get()) & RING_MASK) / READING_LEN
     }
@@ -133,13 +156,10 @@ impl Bus for Twi {
             return None;
         }
         let bytes = READINGS.get(usize::from(at)..)?.first_chunk::<{ READING_LEN as usize }>()?;
-        let [bus_high, bus_low, shunt_high, shunt_low] = bytes;
-        let reading = Reading { bus: word(bus_low, bus_high), shunt: word(shunt_low, shunt_high) as i16 };
+        let [voltage_high, voltage_low, current_high, current_low] = bytes;
+        let reading =
+            Reading { voltage: word(voltage_low, voltage_high), current: word(current_low, current_high) };
         TAIL.set((at + READING_LEN) & RING_MASK);
         Some(reading)
-    }
-
-    fn errors(&self) -> u16 {
-        interrupt::free(|cs| ERRORS.borrow(cs).get())
     }
 }

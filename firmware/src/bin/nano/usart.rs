@@ -1,11 +1,12 @@
 //! The serial port behind two rings.
 //!
-//! Owns USART0. Bytes come and go by interrupt; a full receive ring drops
-//! the byte, and the frame's CRC tells. The stop byte goes past the ring: it
-//! works however much waits there. The rings are arrays with 8-bit indices
-//! instead of `heapless::spsc`, whose 16-bit ones an AVR cannot move in one
-//! instruction: an interrupt for every byte has 87 us to spare. Each index has
-//! one writer, so neither side has to hold off the other.
+//! Holds the registers of USART0. Bytes come and go by interrupt; a full receive
+//! ring drops the byte, and the frame's CRC tells. The stop byte goes past the
+//! ring: it works however much waits there. The rings are arrays with 8-bit
+//! indices instead of `heapless::spsc`, whose 16-bit ones an AVR cannot move in
+//! one instruction: an interrupt for every byte has 87 us to spare. Each index
+//! has one writer, so neither side has to hold off the other. Does not depend on
+//! what the bytes mean, but for the stop byte and the end of a frame.
 
 mod handlers;
 

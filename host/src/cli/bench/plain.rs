@@ -1,8 +1,8 @@
-//! The same losses written straight in tch: what the learner's speed is held to.
+//! TD3 in plain tch, the baseline of the learner's speed.
 //!
-//! Owns a TD3 as the library's own examples would have it: layers, autograd and
-//! Adam are libtorch's. Refuses to train anything: it is only timed, and held to
-//! the learner's losses by a test.
+//! Holds the same losses in the style of tch's examples: layers, autograd and Adam are
+//! libtorch's. Does not depend on the learner. It is only timed; a test checks that it
+//! learns.
 
 use crate::learn::td3::config::Td3Config;
 use crate::learn::td3::replay::Layout;
@@ -33,17 +33,17 @@ impl Network {
         nn::Adam::default().build(&self.store, learning_rate)
     }
 
-    /// Moves this one the share `tau` of the way to `fast`.
-    fn follow(&self, fast: &Self, tau: f64) {
-        for (mut slow, fast) in
-            self.store.trainable_variables().into_iter().zip(fast.store.trainable_variables())
+    /// Moves this target network towards `source` by the share `tau`.
+    fn soft_update(&self, source: &Self, tau: f64) {
+        for (mut target, source) in
+            self.store.trainable_variables().into_iter().zip(source.store.trainable_variables())
         {
-            let _ = slow.lerp_(&fast, tau);
+            let _ = target.lerp_(&source, tau);
         }
     }
 }
 
-/// Actor, critics, targets, optimisers.
+/// Actor, critics, target networks and optimisers.
 pub struct PlainTd3 {
     config: Td3Config,
     layout: Layout,
@@ -57,7 +57,7 @@ pub struct PlainTd3 {
 }
 
 impl PlainTd3 {
-    /// Random networks, targets equal to them.
+    /// Random networks; target networks start equal to them.
     pub fn new(config: &Td3Config, layout: Layout) -> Result<Self, tch::TchError> {
         let hidden = vec![config.hidden_width; config.hidden_layers];
         let actor_widths = [&[layout.observation_len], &hidden[..], &[layout.action_len]].concat();
@@ -67,9 +67,9 @@ impl PlainTd3 {
         let target_actor = Network::new(&actor_widths);
         let target_critics = [Network::new(&critic_widths), Network::new(&critic_widths)];
         tch::no_grad(|| {
-            target_actor.follow(&actor, 1.0);
+            target_actor.soft_update(&actor, 1.0);
             for (slow, fast) in target_critics.iter().zip(&critics) {
-                slow.follow(fast, 1.0);
+                slow.soft_update(fast, 1.0);
             }
         });
         let critic_adams =
@@ -87,7 +87,7 @@ impl PlainTd3 {
         })
     }
 
-    /// One update on `batch`, whole rows of the layout.
+    /// One update on `batch`, `[batch, row]`.
     pub fn update(&mut self, batch: &[f32]) {
         self.updates += 1;
         let layout = self.layout;
@@ -100,27 +100,27 @@ impl PlainTd3 {
             let limit = f64::from(self.config.policy_noise_clip);
             let noise = (action.randn_like() * f64::from(self.config.policy_noise)).clamp(-limit, limit);
             let next_action = (self.target_actor.layers.forward(&next).tanh() + noise).clamp(-1.0, 1.0);
-            let judged = Tensor::cat(&[&next, &next_action], 1);
+            let target_input = Tensor::cat(&[&next, &next_action], 1);
             let smaller = self.target_critics[0]
                 .layers
-                .forward(&judged)
-                .min_other(&self.target_critics[1].layers.forward(&judged));
-            columns(layout.reward(), 1) + self.config.gamma * columns(layout.continuation(), 1) * smaller
+                .forward(&target_input)
+                .min_other(&self.target_critics[1].layers.forward(&target_input));
+            columns(layout.reward(), 1) + self.config.gamma * columns(layout.not_terminal(), 1) * smaller
         });
-        let judged = Tensor::cat(&[&observation, &action], 1);
+        let critic_input = Tensor::cat(&[&observation, &action], 1);
         for (critic, adam) in self.critics.iter().zip(&mut self.critic_adams) {
-            let loss = critic.layers.forward(&judged).mse_loss(&target, tch::Reduction::Mean);
+            let loss = critic.layers.forward(&critic_input).mse_loss(&target, tch::Reduction::Mean);
             adam.backward_step(&loss);
         }
         if self.updates.is_multiple_of(self.config.policy_delay) {
             let action = self.actor.layers.forward(&observation).tanh();
-            let judged = Tensor::cat(&[&observation, &action], 1);
-            let loss = -self.critics[0].layers.forward(&judged).mean(Kind::Float);
+            let critic_input = Tensor::cat(&[&observation, &action], 1);
+            let loss = -self.critics[0].layers.forward(&critic_input).mean(Kind::Float);
             self.actor_adam.backward_step(&loss);
             tch::no_grad(|| {
-                self.target_actor.follow(&self.actor, self.config.tau);
+                self.target_actor.soft_update(&self.actor, self.config.tau);
                 for (slow, fast) in self.target_critics.iter().zip(&self.critics) {
-                    slow.follow(fast, self.config.tau);
+                    slow.soft_update(fast, self.config.tau);
                 }
             });
         }
@@ -128,9 +128,9 @@ impl PlainTd3 {
 
     /// The first critic's value of one observation and action.
     #[cfg(test)]
-    fn value(&self, judged: &[f32]) -> f64 {
-        let judged = Tensor::from_slice(judged).unsqueeze(0);
-        tch::no_grad(|| self.critics[0].layers.forward(&judged).double_value(&[0, 0]))
+    fn value(&self, critic_input: &[f32]) -> f64 {
+        let critic_input = Tensor::from_slice(critic_input).unsqueeze(0);
+        tch::no_grad(|| self.critics[0].layers.forward(&critic_input).double_value(&[0, 0]))
     }
 }
 
@@ -138,9 +138,9 @@ impl PlainTd3 {
 mod tests {
     use super::*;
 
-    /// What is timed must be learning: a reward of 1 and no future is worth 1.
+    /// What is timed must learn: a reward of 1 in a terminal step has the value 1.
     #[test]
-    fn the_yardstick_learns_what_it_is_told() {
+    fn the_baseline_learns_the_value_of_a_terminal_step() {
         let layout = Layout { observation_len: 2, action_len: 1 };
         let config = Td3Config { hidden_layers: 2, hidden_width: 16, ..Td3Config::default() };
         let mut plain = PlainTd3::new(&config, layout).unwrap();

@@ -1,31 +1,34 @@
-//! What is timed: short slices of each kind of work, to be taken in turns.
+//! What `bench` times: short slices of each kind of work, to be run alternately.
 //!
-//! Owns the work; refuses to know how often it is repeated and what is made of it.
+//! Holds the work. Does not depend on how often it is repeated or how it is reported.
 
 use super::BenchError;
 use super::plain::PlainTd3;
 use crate::env::Env;
+use crate::learn::run_config::RunConfig;
 use crate::learn::td3::agent::Agent;
 use crate::learn::td3::config::{Learning, Schedule};
 use crate::learn::td3::device::Device;
-use crate::learn::td3::kernels::{Matrix, Target, multiply};
+use crate::learn::td3::kernels::{Matrix, Output, multiply};
 use crate::learn::td3::learner::Learner;
 use crate::learn::td3::outcome::Event;
 use crate::learn::td3::random::{Purpose, stream};
-use crate::learn::td3::replay::{Layout, Replay};
-use crate::learn::td3::run_config::RunConfig;
+use crate::learn::td3::replay::{Layout, ReplayBuffer};
 use crate::learn::td3::trainer::Run;
 use crate::robot::Robot;
 use crate::sim::AntEnv;
+use crate::sim::ant_env::ACTION_LEN;
+use protocol::LEG_COUNT;
 use rand::Rng as _;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use tch::{Kind, Tensor};
 
-/// Sides of the square matrices whose product's rate counts: the faster one does.
+/// Sides of the square matrices that are multiplied; the better rate counts.
 const SIDES: [usize; 2] = [512, 1024];
-/// Control steps a second of `threads` walking Ants together; observation,
-/// reward and new episodes included.
+
+/// Control steps a second of one walking Ant in each of `threads` threads, together;
+/// observation, reward and new episodes included.
 pub fn env_steps_per_s(config: &RunConfig, robot: &Robot, threads: u64, steps: u32) -> f64 {
     let mut walkers: Vec<AntEnv> = (0..threads).map(|_| AntEnv::new(robot, config.env)).collect();
     let began = Instant::now();
@@ -39,13 +42,13 @@ pub fn env_steps_per_s(config: &RunConfig, robot: &Robot, threads: u64, steps: u
 
 /// A trot along x: diagonal legs together, 1.6 s a stride, hips by 0.5 rad and
 /// knees by 0.3 rad either way. `scripts/peers/task.py` has the same.
-fn trot(step: u32) -> [f32; 8] {
-    let phase = core::f32::consts::TAU * (step as f32 / 60.0) / 1.6;
+fn trot(step: u32) -> [f32; ACTION_LEN] {
+    let phase = core::f32::consts::TAU * (step as f32 / protocol::FRAME_RATE_HZ as f32) / 1.6;
     core::array::from_fn(|joint| {
         let phase = phase + core::f32::consts::PI * (joint % 2) as f32;
         // Counter-clockwise is backwards on the left and forwards on the right.
-        let side = if joint % 4 < 2 { 1.0 } else { -1.0 };
-        let angle_rad = if joint < 4 { side * 0.5 * phase.sin() } else { 0.3 * phase.cos() };
+        let side = if joint % LEG_COUNT < 2 { 1.0 } else { -1.0 };
+        let angle_rad = if joint < LEG_COUNT { side * 0.5 * phase.sin() } else { 0.3 * phase.cos() };
         angle_rad / core::f32::consts::FRAC_PI_4
     })
 }
@@ -63,7 +66,7 @@ fn walk(env: &mut AntEnv, seed: u64, steps: u32) {
 
 /// Updates a second, batches drawn.
 pub struct UpdatesPerS {
-    /// On plain memory.
+    /// The learner's on plain memory.
     pub ours: f64,
     /// The same losses in plain tch.
     pub plain: f64,
@@ -71,13 +74,13 @@ pub struct UpdatesPerS {
     pub torch: f64,
 }
 
-/// All learners with the same experience of random numbers.
+/// All learners, with the same replay buffer of random numbers.
 pub struct Learners {
     ours: Agent,
     plain: PlainTd3,
     /// What `train --device torch` learns with.
     torch: Learner,
-    replay: Replay,
+    replay: ReplayBuffer,
     batch_size: usize,
     rounds: u64,
 }
@@ -87,7 +90,7 @@ impl Learners {
         let mut rng = stream(config.seed, Purpose::Explore, 0);
         let rows: Vec<f32> =
             (0..config.td3.buffer_size * layout.row_len()).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let mut replay = Replay::new(layout, config.td3.buffer_size);
+        let mut replay = ReplayBuffer::new(layout, config.td3.buffer_size);
         replay.extend(&rows);
         Ok(Self {
             ours: Agent::new(&config.td3, layout, config.seed),
@@ -99,12 +102,12 @@ impl Learners {
         })
     }
 
-    /// Operations of one update's matrix products.
+    /// Multiplications and additions in the matrix products of one update.
     pub fn arithmetic(&self) -> f64 {
         self.ours.arithmetic_of_an_update(self.batch_size)
     }
 
-    /// Times so many updates of each.
+    /// Times `updates` updates of each learner.
     pub fn updates_per_s(&mut self, updates: u32) -> Result<UpdatesPerS, BenchError> {
         self.rounds += 1;
         let mut sample = stream(1, Purpose::Sample, self.rounds);
@@ -132,7 +135,7 @@ impl Learners {
     }
 }
 
-/// Billion operations a second of the better of both libraries' matrix products, and libtorch's.
+/// Gflop/s of large matrix products: the better of both libraries, and libtorch's.
 pub fn gemm_gflops() -> (f64, f64) {
     let mut best = (0.0_f64, 0.0_f64);
     for side in SIDES {
@@ -140,7 +143,7 @@ pub fn gemm_gflops() -> (f64, f64) {
         let numbers = vec![0.5_f32; side * side];
         let mut product = numbers.clone();
         let (left, right) = (Matrix::dense(&numbers, side), Matrix::dense(&numbers, side));
-        let ours = rate(operations, || multiply(&mut product, left, right, Target::Replace));
+        let ours = rate(operations, || multiply(&mut product, left, right, Output::Overwrite));
         let factor = Tensor::from_slice(&numbers).view([side as i64, side as i64]);
         let out = Tensor::zeros([side as i64, side as i64], (Kind::Float, tch::Device::Cpu));
         let theirs = rate(operations, || {
@@ -151,7 +154,7 @@ pub fn gemm_gflops() -> (f64, f64) {
     best
 }
 
-/// Billion operations a second, over a tenth of a second or more.
+/// Gflop/s of `work`, repeated for at least 0.1 s.
 fn rate(operations: f64, mut work: impl FnMut()) -> f64 {
     work();
     let (began, mut times) = (Instant::now(), 0.0);
@@ -162,18 +165,17 @@ fn rate(operations: f64, mut work: impl FnMut()) -> f64 {
     times * operations / began.elapsed().as_secs_f64() / 1e9
 }
 
-/// What a training run past its warm-up came to.
+/// Speed of a training run after its warm-up.
 pub struct Training {
-    /// Control steps a second: gathering, learning, evaluation, checkpoint and
-    /// policy included, in their shares.
+    /// Control steps a second, with gathering, learning, evaluation, checkpoint and policy.
     pub steps_per_s: f64,
-    /// The same up to the evaluation.
+    /// The same without the evaluation.
     pub learn_steps_per_s: f64,
-    /// How long the evaluation's episodes lasted.
+    /// Control steps of an episode of the evaluation.
     pub episode_steps: f64,
 }
 
-/// Trains for so many updates, a multiple of the schedule's round.
+/// Trains for `updates` updates, a multiple of the schedule's round.
 pub fn training(config: &RunConfig, robot: &Robot, updates: u64) -> Result<Training, BenchError> {
     let learning = shortened(config, updates);
     let folder = tempfile::tempdir().map_err(|source| BenchError::Folder { source })?;
@@ -197,7 +199,7 @@ pub fn training(config: &RunConfig, robot: &Robot, updates: u64) -> Result<Train
         Event::Round { .. } | Event::Resumed { .. } => {}
     })?;
     let ended = Instant::now();
-    // The schedule has updates, so a first round of them was heard of.
+    // The schedule has updates, so there was a first round with some.
     let (began, before) = first.unwrap_or((learned, 0));
     let steps = (outcome.env_steps - before) as f64;
     Ok(Training {
@@ -207,7 +209,7 @@ pub fn training(config: &RunConfig, robot: &Robot, updates: u64) -> Result<Train
     })
 }
 
-/// One epoch of so many updates, its evaluation as large a share of it as in the whole run.
+/// One epoch of `updates` updates, with an evaluation of the same share as in the whole run.
 fn shortened(config: &RunConfig, updates: u64) -> Learning {
     let schedule = &config.schedule;
     let share = updates as f64 / schedule.updates_per_epoch as f64;
@@ -225,11 +227,12 @@ fn shortened(config: &RunConfig, updates: u64) -> Learning {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::LegScale;
     use crate::sim::{AntEnvConfig, Perturbation};
 
     #[test]
-    fn what_the_benchmark_calls_walking_gets_on() {
-        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    fn the_trot_of_the_benchmark_walks_forward() {
+        let robot = Robot::ant(LegScale::LONG).expect("1.0 is a leg scale");
         let mut env =
             AntEnv::new(&robot, AntEnvConfig { start: Perturbation::NONE, ..AntEnvConfig::default() });
 

@@ -1,16 +1,19 @@
 //! The questions about the board: PWM, shunt, supply, start button.
+//!
+//! Does not depend on the joints.
 
 use super::dialog::{Dialog, Key};
 use super::joint::Stopped;
 use super::servo::{HEARTBEAT_EVERY, Servo, let_go};
-use crate::calibration::{Board, count_us, oscillator_mhz};
+use crate::calibration::{Board, oscillator_mhz};
 use crate::device::link::ports::SerialLink;
+use crate::pwm::count_us;
 use protocol::calibration::BoardCalibration;
 
 /// Any servo's middle.
 const METERED_PULSE_US: f64 = 1500.0;
 
-/// Asks, and changes `board`; the robot goes on by `in_use`.
+/// Asks, and changes `board`; until the end the robot uses `in_use`.
 pub fn ask(
     dialog: &mut Dialog,
     link: &mut SerialLink,
@@ -31,29 +34,27 @@ pub fn ask(
     if !dialog.agrees("Change any of that?", false)? {
         return Ok(());
     }
-    if dialog.agrees("Have you a meter or scope for the PWM frequency?", false)? {
+    if dialog.agrees("Can you measure the PWM frequency with a meter or an oscilloscope?", false)? {
         metered(dialog, link, board, in_use)?;
     }
-    board.pwm_hz = dialog.number(
-        "PWM rate to use, in Hz: 60, or more for digital servos",
-        board.pwm_hz,
-        (40.0, 339.0),
-    )?;
+    board.pwm_hz =
+        dialog.number("PWM rate in Hz: 60, or more for digital servos", board.pwm_hz, (40.0, 339.0))?;
     if let Some(warning) = board.in_step() {
-        dialog.say(&format!("Careful: {warning}"));
+        dialog.say(&format!("warning: {warning}"));
         board.pwm_hz = dialog.number("PWM rate to use, in Hz", board.pwm_hz - 2.0, (40.0, 339.0))?;
     }
     board.shunt_ohm = dialog.number("Shunt of the INA219, in ohm", board.shunt_ohm, (0.067, 0.2))?;
-    board.start_v = dialog.number("Supply that a walk needs at rest, in V", board.start_v, (0.0, 16.0))?;
+    board.start_v =
+        dialog.number("Lowest supply voltage at which a walk may start, in V", board.start_v, (0.0, 16.0))?;
     board.undervoltage_v = dialog.number(
-        "Supply below which it stops, in V: the cells' lowest, and 3.8 V for a Nano that runs from it",
+        "Supply voltage below which it stops, in V: the lowest that the cells allow, or 3.8 V for a Nano that runs from it",
         board.undervoltage_v.min(board.start_v),
         (0.0, board.start_v),
     )?;
     board.overcurrent_a =
         dialog.number("Current at which it stops, in A", board.overcurrent_a, (0.001, 3.15))?;
     board.autostart_s = dialog.whole(
-        "Seconds that the start button lets it walk; 0 never, 255 until it is pressed again",
+        "Seconds that it walks after a press of the start button; 0 disables the button, 255 walks until it is pressed again",
         board.autostart_s,
         u8::MAX,
     )?;

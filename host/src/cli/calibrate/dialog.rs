@@ -1,9 +1,9 @@
 //! Questions and keys, at a terminal or line by line without one.
 //!
-//! A terminal gives keys one by one, so that a servo follows an arrow key while
-//! the robot is kept alive. Without one, each line stands for a key or an
-//! answer, which scripts and tests write. Owns the terminal's raw mode and
-//! gives it back, whatever happens.
+//! At a terminal single keys are read, so that a servo follows an arrow key while the
+//! robot is kept alive. Without one, each line is a key or an answer, as scripts and
+//! tests write them. The terminal's raw mode ends however the dialog ends. Does not
+//! depend on what is asked.
 
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use crossterm::terminal;
@@ -16,22 +16,22 @@ use std::time::Duration;
 pub enum Key {
     /// Arrow keys: so many counts, longer pulses positive.
     Step(i32),
-    /// Good as it is.
+    /// Accept.
     Enter,
-    /// Anything else.
+    /// Any other key.
     Letter(char),
 }
 
-/// The user has gone.
+/// Why no more answers come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gone {
+pub enum UserExit {
     /// Ctrl-C, Escape or `q`.
     Quit,
     /// No more lines, or a broken terminal.
     InputEnded,
 }
 
-/// The user.
+/// Standard input and standard error, with a user or a script behind them.
 #[derive(Debug)]
 pub struct Dialog {
     /// Lines, where there is no terminal.
@@ -40,7 +40,7 @@ pub struct Dialog {
 }
 
 impl Dialog {
-    /// Whoever is at standard input.
+    /// Reads keys from a terminal, else lines from standard input.
     pub fn open() -> Self {
         if std::io::stdin().is_terminal() {
             return Self { lines: None, is_raw: false };
@@ -57,7 +57,7 @@ impl Dialog {
         Self { lines: Some(receiver), is_raw: false }
     }
 
-    /// Says a paragraph.
+    /// Prints a paragraph to standard error.
     pub fn say(&mut self, text: &str) {
         self.set_raw(false);
         eprintln!("{text}");
@@ -81,16 +81,16 @@ impl Dialog {
     }
 
     /// Asks for a line.
-    pub fn ask(&mut self, question: &str) -> Result<String, Gone> {
+    pub fn ask(&mut self, question: &str) -> Result<String, UserExit> {
         self.set_raw(false);
         eprint!("{question} ");
         let line = match &self.lines {
-            Some(lines) => lines.recv().map_err(|_| Gone::InputEnded)?,
+            Some(lines) => lines.recv().map_err(|_| UserExit::InputEnded)?,
             None => {
                 let mut line = String::new();
                 match std::io::stdin().lock().read_line(&mut line) {
                     Ok(count) if count > 0 => line,
-                    _ => return Err(Gone::InputEnded),
+                    _ => return Err(UserExit::InputEnded),
                 }
             }
         };
@@ -98,26 +98,26 @@ impl Dialog {
             eprintln!("{line}");
         }
         match line.trim() {
-            "q" => Err(Gone::Quit),
+            "q" => Err(UserExit::Quit),
             answer => Ok(answer.to_owned()),
         }
     }
 
     /// Asks for yes or no; nothing is `default`.
-    pub fn agrees(&mut self, question: &str, default: bool) -> Result<bool, Gone> {
+    pub fn agrees(&mut self, question: &str, default: bool) -> Result<bool, UserExit> {
         let choice = if default { "[Y/n]" } else { "[y/N]" };
         loop {
             match self.ask(&format!("{question} {choice}"))?.to_ascii_lowercase().as_str() {
                 "" => return Ok(default),
                 "y" | "yes" => return Ok(true),
                 "n" | "no" => return Ok(false),
-                other => self.say(&format!("{other:?}? y or n, please")),
+                other => self.say(&format!("{other:?}: type y or n")),
             }
         }
     }
 
     /// Asks for a number within a range; nothing is `default`.
-    pub fn number(&mut self, question: &str, default: f64, (min, max): (f64, f64)) -> Result<f64, Gone> {
+    pub fn number(&mut self, question: &str, default: f64, (min, max): (f64, f64)) -> Result<f64, UserExit> {
         loop {
             let answer = self.ask(&format!("{question} [{default}]"))?;
             if answer.is_empty() {
@@ -127,38 +127,38 @@ impl Dialog {
             match answer.replace(',', ".").parse::<f64>() {
                 Ok(value) if (min..=max).contains(&value) => return Ok(value),
                 Ok(value) => self.say(&format!("{value} is out of range; it must be within {min} to {max}")),
-                Err(_) => self.say(&format!("{answer:?} is no number; such as {default}")),
+                Err(_) => self.say(&format!("{answer:?} is not a number; type one such as {default}")),
             }
         }
     }
 
     /// Asks for a whole number up to `max`; nothing is `default`.
-    pub fn whole(&mut self, question: &str, default: u8, max: u8) -> Result<u8, Gone> {
+    pub fn whole(&mut self, question: &str, default: u8, max: u8) -> Result<u8, UserExit> {
         loop {
             let value = self.number(question, f64::from(default), (0.0, f64::from(max)))?;
             if value.fract() == 0.0 {
                 return Ok(value as u8);
             }
-            self.say(&format!("{value} is no whole number"));
+            self.say(&format!("{value} is not a whole number"));
         }
     }
 
     /// The next key, if one comes in time.
-    pub fn key(&mut self, timeout: Duration) -> Result<Option<Key>, Gone> {
+    pub fn key(&mut self, timeout: Duration) -> Result<Option<Key>, UserExit> {
         let Some(lines) = &self.lines else { return self.pressed(timeout) };
         match lines.recv_timeout(timeout) {
             Ok(line) => key_of(line.trim()).map(Some),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(Gone::InputEnded),
+            Err(RecvTimeoutError::Disconnected) => Err(UserExit::InputEnded),
         }
     }
 
-    fn pressed(&mut self, timeout: Duration) -> Result<Option<Key>, Gone> {
+    fn pressed(&mut self, timeout: Duration) -> Result<Option<Key>, UserExit> {
         self.set_raw(true);
-        if !event::poll(timeout).map_err(|_| Gone::InputEnded)? {
+        if !event::poll(timeout).map_err(|_| UserExit::InputEnded)? {
             return Ok(None);
         }
-        let Event::Key(key) = event::read().map_err(|_| Gone::InputEnded)? else { return Ok(None) };
+        let Event::Key(key) = event::read().map_err(|_| UserExit::InputEnded)? else { return Ok(None) };
         if key.kind == KeyEventKind::Release {
             return Ok(None);
         }
@@ -170,8 +170,10 @@ impl Dialog {
             KeyCode::Enter => Key::Enter,
             // An Enter that was pressed before the terminal was raw.
             KeyCode::Char('j') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Enter,
-            KeyCode::Esc | KeyCode::Char('q') => return Err(Gone::Quit),
-            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Err(Gone::Quit),
+            KeyCode::Esc | KeyCode::Char('q') => return Err(UserExit::Quit),
+            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                return Err(UserExit::Quit);
+            }
             KeyCode::Char(letter) => key_of_letter(letter),
             _ => return Ok(None),
         }))
@@ -200,13 +202,13 @@ const fn key_of_letter(letter: char) -> Key {
     }
 }
 
-fn key_of(line: &str) -> Result<Key, Gone> {
+fn key_of(line: &str) -> Result<Key, UserExit> {
     let mut letters = line.chars();
     match (letters.next(), letters.next()) {
         (None, _) => Ok(Key::Enter),
-        (Some('q'), None) => Err(Gone::Quit),
+        (Some('q'), None) => Err(UserExit::Quit),
         (Some(letter), None) => Ok(key_of_letter(letter)),
-        // `+25`, `-3`: so many at once.
+        // `+25`, `-3`: so many in one step.
         _ => Ok(line.parse().map_or(Key::Letter('?'), Key::Step)),
     }
 }
@@ -224,6 +226,6 @@ mod tests {
         assert_eq!(key_of("-3"), Ok(Key::Step(-3)));
         assert_eq!(key_of("Y"), Ok(Key::Letter('y')));
         assert_eq!(key_of("what"), Ok(Key::Letter('?')));
-        assert_eq!(key_of("q"), Err(Gone::Quit));
+        assert_eq!(key_of("q"), Err(UserExit::Quit));
     }
 }

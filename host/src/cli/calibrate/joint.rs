@@ -1,8 +1,9 @@
 //! The questions about one joint.
 //!
-//! Owns their order and words: output, neutral, direction, scale, limits.
+//! Holds their order and words: output, neutral, direction, scale, limits. Does
+//! not depend on the file that the answers go to.
 
-use super::dialog::{Dialog, Gone, Key};
+use super::dialog::{Dialog, Key, UserExit};
 use super::servo::{self, HEARTBEAT_EVERY, SerialServo, Servo};
 use crate::calibration::JointSetup;
 use crate::device::link::LinkError;
@@ -17,15 +18,15 @@ const SCALE_RANGE: (f64, f64) = (1.0, 30.0);
 /// Why a joint was not finished.
 #[derive(Debug)]
 pub enum Stopped {
-    /// The user has gone.
-    Gone(Gone),
-    /// The robot has, or it refused.
+    /// No more answers come.
+    UserExit(UserExit),
+    /// The robot cannot be reached, or refused.
     Link(LinkError),
 }
 
-impl From<Gone> for Stopped {
-    fn from(gone: Gone) -> Self {
-        Self::Gone(gone)
+impl From<UserExit> for Stopped {
+    fn from(exit: UserExit) -> Self {
+        Self::UserExit(exit)
     }
 }
 
@@ -35,23 +36,23 @@ impl From<LinkError> for Stopped {
     }
 }
 
-/// What all joints share.
+/// The robot, the user, and what is the same for all joints.
 pub struct Bench<'a> {
-    /// The robot.
     pub link: &'a mut SerialLink,
-    /// The user.
     pub dialog: &'a mut Dialog,
     /// One count of the PWM in use.
     pub count_us: f64,
     /// Where scales are measured.
     pub angle_deg: f64,
+    /// Slope of the shins with the knees at neutral, from the robot's description.
+    pub shin_below_horizontal_deg: f64,
 }
 
-const fn neutral_pose(joint: Joint) -> &'static str {
+fn neutral_pose(joint: Joint, shin_below_horizontal_deg: f64) -> String {
     if joint.is_hip() {
-        "turn the leg until it stands out at 45 degrees to the body's sides"
+        "turn the leg until it stands out at 45 degrees to the body's sides".to_owned()
     } else {
-        "turn the shin until it slopes 43 degrees below the horizontal"
+        format!("turn the shin until it slopes {shin_below_horizontal_deg:.0} degrees below the horizontal")
     }
 }
 
@@ -73,7 +74,7 @@ pub fn measure(
     let question = format!("\n{}: on which output of the PCA9685, 0 to 7?", joint.name());
     found.channel = bench.dialog.whole(&question, setup.channel, 7)?;
     bench.dialog.say(&format!(
-        "Enter switches it on at {:.0} us, and it may jump there; s skips this joint, q ends for now",
+        "Enter switches it on at {:.0} us, and it may jump there; s skips this joint, q cancels",
         setup.neutral_us
     ));
     loop {
@@ -86,7 +87,7 @@ pub fn measure(
     let channel = found.channel;
     let outcome = move_about(bench, joint, &mut found);
     bench.dialog.end_show();
-    // Also where the user has gone.
+    // Also after a failure or a cancellation.
     servo::let_go(bench.link, channel);
     outcome?;
     found.is_measured = true;
@@ -94,12 +95,12 @@ pub fn measure(
 }
 
 fn move_about(bench: &mut Bench<'_>, joint: Joint, found: &mut JointSetup) -> Result<(), Stopped> {
-    let Bench { link, dialog, count_us, angle_deg } = bench;
+    let Bench { link, dialog, count_us, angle_deg, shin_below_horizontal_deg } = bench;
     let mut servo = Servo::on(link, found.channel, *count_us, found.neutral_us)?;
 
     dialog.say(&format!(
         "  Neutral: {}. Arrows move it: left and right by one count, up and down by ten; Enter when it is there",
-        neutral_pose(joint)
+        neutral_pose(joint, *shin_below_horizontal_deg)
     ));
     found.neutral_us = settle(dialog, &mut servo)?;
 

@@ -1,7 +1,7 @@
-//! One servo under pulses, and nothing else on the robot.
+//! One servo that is moved on its own, all others being limp.
 //!
-//! Owns what keeps the robot from letting go, which it does a second after the
-//! last command. Moves gently: from one pulse to another in small steps.
+//! Holds the repeated commands, without which the robot lets go after a second, and
+//! moves from one pulse to another in small steps. Does not depend on the questions.
 
 use crate::calibration::PULSE_RANGE_US;
 use crate::device::link::ports::SerialLink;
@@ -87,7 +87,7 @@ impl<'a, P: Read + Write> Servo<'a, P> {
     }
 }
 
-/// Lets every servo go limp, whoever was moved last; a robot that is gone does so itself.
+/// Switches the servo off; a robot that cannot be reached does so itself after a second.
 pub fn let_go(link: &mut SerialLink, channel: u8) {
     let _ = link.order(Command::Nudge { channel, counts: 0 });
 }

@@ -1,17 +1,20 @@
-//! The way through all questions, and what is kept of the answers.
+//! All questions in their order, and the file of answers.
 //!
-//! Owns the file, which is written after each joint, and the end: the robot
-//! gets the whole calibration, or keeps the one it had.
+//! The file is written after each joint. At the end the robot gets the whole
+//! calibration, or keeps the one it had. Does not depend on the questions about
+//! a joint ([`joint`]) or the board ([`board`]).
 
-use super::dialog::{Dialog, Gone};
+use super::dialog::{Dialog, UserExit};
 use super::joint::{self, Bench, Stopped};
 use super::{Args, bad, board, not_sent, unusable};
-use crate::calibration::{RobotCalibration, count_us};
+use crate::calibration::RobotCalibration;
 use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::reach::unreachable_robot;
 use crate::cli::{Cause, Failure};
 use crate::device::calibration::{self as transfer, TransferError};
 use crate::device::link::words;
+use crate::pwm::count_us;
+use crate::robot::Robot;
 use protocol::calibration::BoardCalibration;
 use protocol::{Calibration, Joint, State};
 use std::fmt;
@@ -20,22 +23,22 @@ use thiserror::Error;
 
 #[derive(Debug, Error)]
 enum WizardError {
-    #[error("the robot is {}; only a limp one is calibrated", words::state_in_full(*.state))]
+    #[error("the robot is {}; it can be calibrated only while its servos are limp", words::state_in_full(*.state))]
     NotLimp { state: State },
-    #[error("ended by you; {kept}")]
-    Quit { kept: Kept },
-    #[error("standard input ended in the middle of a question; {kept}")]
-    InputEnded { kept: Kept },
+    #[error("cancelled; {saved}")]
+    Cancelled { saved: SavedCalibration },
+    #[error("standard input ended in the middle of a question; {saved}")]
+    InputEnded { saved: SavedCalibration },
 }
 
-/// What there is of the answers so far.
+/// Where the answers so far are saved.
 #[derive(Debug)]
-struct Kept {
+struct SavedCalibration {
     /// `None` before the first is written.
     file: Option<PathBuf>,
 }
 
-impl fmt::Display for Kept {
+impl fmt::Display for SavedCalibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             Some(file) => write!(f, "what was measured is in {}", file.display()),
@@ -50,6 +53,7 @@ every leg moves freely, and switch the servos' supply on. One servo at a time ge
 pulses, all others stay limp. Only the last question changes anything on the robot.";
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let robot = Robot::ant(crate::robot::LegScale::LONG).map_err(|error| failure(Cause::Input, error))?;
     let mut link = args.port.connect()?;
     let state = link.status().map_err(unreachable_robot)?.state;
     if state != State::Idle {
@@ -59,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         return Err(failure_with_help(Cause::Robot, WizardError::NotLimp { state }, help));
     }
-    // A robot whose own is damaged is what this is for.
+    // The wizard also replaces a damaged calibration.
     let in_use = match transfer::fetch(&mut link) {
         Ok(record) => record,
         Err(TransferError::Damaged { .. }) => Calibration::authors(),
@@ -68,12 +72,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut dialog = Dialog::open();
     dialog.say(INTRO);
     let mut calibration = if args.out.is_file() {
-        dialog.say(&format!("Goes on with {}", args.out.display()));
+        dialog.say(&format!("Resuming: the answers so far are in {}", args.out.display()));
         RobotCalibration::load(&args.out).map_err(unusable)?
     } else {
         RobotCalibration::from_record(&in_use)
     };
-    let gone = |gone| ended(gone, args);
+    let cancelled = |exit| ended(exit, args);
     let save = |calibration: &RobotCalibration| calibration.save(&args.out).map_err(unusable);
 
     if args.joints.is_empty() {
@@ -88,19 +92,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         if args.joints.is_empty() && setup.is_measured {
             dialog.say(&format!(
-                "{} was measured before; again: host calibrate --joint {}",
+                "{} was measured before. To measure it again: host calibrate --joint {}",
                 joint.name(),
                 joint.name()
             ));
             continue;
         }
-        // The rate in use, whatever the new one will be; the oscillator as it is known by now.
+        // The PWM rate that the robot uses now, with the oscillator as measured.
         let board = BoardCalibration {
             oscillator_khz: (calibration.board.oscillator_mhz * 1e3).round() as u16,
             ..in_use.board()
         };
-        let mut bench =
-            Bench { link: &mut link, dialog: &mut dialog, count_us: count_us(&board), angle_deg: args.angle };
+        let mut bench = Bench {
+            link: &mut link,
+            dialog: &mut dialog,
+            count_us: count_us(&board),
+            angle_deg: args.angle,
+            shin_below_horizontal_deg: robot.geometry.shin_below_horizontal_deg,
+        };
         match joint::measure(&mut bench, joint, &setup) {
             Ok(Some(found)) => {
                 calibration.joints[joint.index()] = found;
@@ -118,12 +127,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map(Joint::name)
         .collect();
     if !unmeasured.is_empty() {
-        dialog.say(&format!("\nNot measured, and left as they were: {}", unmeasured.join(", ")));
+        dialog.say(&format!("\nNot measured, and unchanged: {}", unmeasured.join(", ")));
     }
     let asks = dialog.agrees("\nSend the calibration to the robot, and let it save it?", true);
-    if asks.map_err(gone)? {
+    if asks.map_err(cancelled)? {
         transfer::send(&mut link, &record).map_err(not_sent)?;
-        println!("the robot has the calibration, and saved it; it is in {}, too", args.out.display());
+        println!("the robot has saved the calibration; it is also in {}", args.out.display());
     } else {
         let port = args.port.as_flag();
         println!("the robot keeps the calibration it had; the new one is in {}", args.out.display());
@@ -134,19 +143,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn stopped(why: Stopped, args: &Args) -> Failure {
     match why {
-        Stopped::Gone(gone) => ended(gone, args),
+        Stopped::UserExit(exit) => ended(exit, args),
         Stopped::Link(error) => unreachable_robot(error),
     }
 }
 
-fn ended(gone: Gone, args: &Args) -> Failure {
-    let kept = Kept { file: args.out.is_file().then(|| args.out.clone()) };
-    match gone {
-        Gone::Quit => failure_with_help(
+fn ended(exit: UserExit, args: &Args) -> Failure {
+    let saved = SavedCalibration { file: args.out.is_file().then(|| args.out.clone()) };
+    match exit {
+        UserExit::Quit => failure_with_help(
             Cause::Interrupted,
-            WizardError::Quit { kept },
-            "the same command goes on from there",
+            WizardError::Cancelled { saved },
+            "run the same command to resume",
         ),
-        Gone::InputEnded => failure(Cause::Usage, WizardError::InputEnded { kept }),
+        UserExit::InputEnded => failure(Cause::Usage, WizardError::InputEnded { saved }),
     }
 }

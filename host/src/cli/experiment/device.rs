@@ -1,24 +1,26 @@
 //! Trials through the firmware: on the virtual robot, or on a real one.
 //!
-//! Owns what of a step's JSON a trial is judged by. Each trial is `upload-gait`
-//! and `measure`, as they would be typed. A trial that the robot broke off is
-//! noted as such where nobody can be asked; a lost cable or a full disk ends the
-//! command, which goes on there when it is called again.
+//! Holds the steps of a trial, `upload-gait` and `measure`, and which of their
+//! failures are results. A trial that the robot ended early is recorded as such
+//! where nobody can be asked; a lost cable or a full disk ends the command, which
+//! resumes there when it is called again. Does not depend on the plan's order.
 
 use super::ExperimentError;
 use super::person::{self, After, Before, Person};
 use crate::cli::Cause;
-use crate::cli::steps::{StepError, Steps};
+use crate::cli::steps::{Done, StepError, Steps};
 use crate::cli::virtual_robot::VirtualRobot;
+use crate::device::trial::measure_result::MeasureResult;
+use crate::device::upload::upload_result::UploadResult;
 use crate::experiment::materials::{self, Materials};
+use crate::experiment::plan::Plan;
 use crate::experiment::trial::{Place, Raw, Trial};
-use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
-use serde_json::Value;
+use serde::de::IgnoredAny;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
-/// A robot that leans farther lies down.
+/// A robot that tilts further has fallen.
 const FALLEN_TILT_RAD: f64 = 1.0;
 
 /// Where the robot is.
@@ -31,11 +33,29 @@ pub enum Reach {
     },
     /// On a serial port.
     Port {
-        /// Which.
+        /// Name of the port.
         port: String,
-        /// Positions, where somebody watches.
+        /// File of positions; without it the person at the robot is asked.
         tracker: Option<PathBuf>,
     },
+}
+
+impl Reach {
+    /// Checks now what would fail after the first trial.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if there is no virtual robot, or nobody to ask for distances.
+    pub fn check(&self) -> Result<(), ExperimentError> {
+        match self {
+            Self::Virtual { program } if !program.is_file() => {
+                Err(StepError::NoVirtualRobot { program: program.clone() }.into())
+            }
+            Self::Port { tracker: None, .. } if !std::io::stdin().is_terminal() => {
+                Err(ExperimentError::NoDistances)
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What is walked, and on what.
@@ -44,35 +64,18 @@ struct Walk<'a> {
     /// For the robot's description and what was measured.
     folder: &'a Path,
     gait: &'a Path,
-    robot: &'a Robot,
 }
 
 /// Walks trials, one after the other.
 pub struct Device<'a> {
-    pub reach: Reach,
+    pub reach: &'a Reach,
     pub steps: Steps,
     pub folder: &'a Path,
-    pub seed: u64,
-    pub duration_s: f64,
-    /// As weighed.
-    pub mass_kg: Option<f64>,
+    pub plan: &'a Plan,
     pub person: Person<'a>,
 }
 
 impl Device<'_> {
-    /// Refuses now what could not be answered after the first trial.
-    pub fn check(&self) -> Result<(), ExperimentError> {
-        match &self.reach {
-            Reach::Virtual { program } if !program.is_file() => {
-                Err(StepError::NoVirtualRobot { program: program.clone() }.into())
-            }
-            Reach::Port { tracker: None, .. } if !std::io::stdin().is_terminal() => {
-                Err(ExperimentError::NoDistances)
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Walks one trial; `None` if the person at the robot left it out.
     pub fn walk(
         &mut self,
@@ -89,25 +92,26 @@ impl Device<'_> {
         robot.save(&folder.join(run_folder::ROBOT))?;
         let gait = folder.join(format!("{}.bin", place.method.name()));
         run_folder::write(&gait, material.playable.encoded().bytes())?;
-        let walk = Walk { place, folder: &folder, gait: &gait, robot };
+        let walk = Walk { place, folder: &folder, gait: &gait };
 
-        let raw = match self.reach.clone() {
+        let reach = self.reach;
+        let raw = match reach {
             Reach::Virtual { program } => {
                 eprintln!("{}", person::title(place, number, left));
-                let seed = self.seed.wrapping_add(u64::from(number));
-                let robot = VirtualRobot::start(&program, &folder, seed)?;
+                let seed = self.plan.seed.wrapping_add(u64::from(number));
+                let robot = VirtualRobot::start(program, &folder, seed)?;
                 Some(self.measured(&walk, &robot.port, Some(&folder.join(run_folder::TRUTH)))?)
             }
             Reach::Port { port, tracker } => {
-                self.watched(&walk, &port, tracker.as_deref(), |person| person.before(place, number, left))?
+                self.watched(&walk, port, tracker.as_deref(), |person| person.before(place, number, left))?
             }
         };
         let trial = raw.map(|raw| Trial::of(place, number, &raw, &material.note.gait_sha256));
-        trial.iter().for_each(|trial| self.person.told(trial));
+        trial.iter().for_each(|trial| self.person.show(trial));
         Ok(trial)
     }
 
-    /// Walks until the person at the robot, if anybody is there, is content.
+    /// Walks until the person at the robot, if anybody is there, accepts the trial.
     fn watched(
         &mut self,
         walk: &Walk<'_>,
@@ -120,17 +124,18 @@ impl Device<'_> {
             match before(&mut self.person)? {
                 Before::Walk => {}
                 Before::Skip => return Ok(None),
-                Before::Quit => return Err(self.ended_today()),
+                Before::Quit => return Err(self.quit()),
             }
             if was_stopped {
-                // Whoever walks it again has seen why; what still stands, the walk is refused for.
-                let cleared = self.steps.attempt("status", &["--clear-fault", "--port", port])?.outcome;
+                // Whoever walks it again has seen why; a fault that remains refuses the walk.
+                let cleared =
+                    self.steps.attempt::<IgnoredAny>("status", &["--clear-fault", "--port", port])?.outcome;
                 if let Err(StepError::Failed { cause: Cause::Interrupted, .. }) = cleared {
                     return Err(self.interrupted());
                 }
             }
             let raw = match self.measured(walk, port, tracker) {
-                // Refused before it began: at rest, with something to be put right.
+                // Refused before it began: the robot rests, and something has to be corrected.
                 Err(ExperimentError::Step(StepError::Failed { cause: Cause::Robot, .. }))
                     if self.person.is_there() =>
                 {
@@ -143,7 +148,7 @@ impl Device<'_> {
                 After::Note(raw) => return Ok(Some(raw)),
                 After::Again => {}
                 After::Skip => return Ok(None),
-                After::Quit => return Err(self.ended_today()),
+                After::Quit => return Err(self.quit()),
             }
         }
     }
@@ -154,15 +159,15 @@ impl Device<'_> {
         port: &str,
         tracker: Option<&Path>,
     ) -> Result<Raw, ExperimentError> {
-        // Ctrl-C may have come while nobody listened: nothing may walk after it.
+        // Ctrl-C may have come before anything was listening: nothing may walk after it.
         if self.person.has_stopped() {
             return Err(self.interrupted());
         }
         let text = |path: &Path| path.display().to_string();
         let (gait, out, robot) =
             (text(walk.gait), text(walk.folder), text(&walk.folder.join(run_folder::ROBOT)));
-        let (amplitude, duration) = (walk.place.amplification.to_string(), self.duration_s.to_string());
-        let uploaded = self.steps.run(
+        let (amplitude, duration) = (walk.place.amplification.to_string(), self.plan.duration_s.to_string());
+        let uploaded = self.steps.run::<UploadResult>(
             "upload-gait",
             &["--gait", &gait, "--amp", &amplitude, "--ram", "--robot", &robot, "--port", port],
         );
@@ -171,7 +176,7 @@ impl Device<'_> {
             return Err(self.interrupted());
         }
         let mut flags = vec!["--port", port, "--duration", &duration, "--out", &out];
-        let mass_kg = self.mass_kg.map(|mass_kg| mass_kg.to_string());
+        let mass_kg = self.plan.mass_kg.map(|mass_kg| mass_kg.to_string());
         match &mass_kg {
             Some(mass_kg) => flags.extend(["--mass-kg", mass_kg]),
             None => flags.extend(["--robot", &robot]),
@@ -180,21 +185,21 @@ impl Device<'_> {
         if let Some(tracker) = &tracker {
             flags.extend(["--tracker", tracker]);
         }
-        let done = self.steps.attempt("measure", &flags)?;
-        let is_known = done.json.as_ref().is_ok_and(|json| json["distance_m"].is_number());
-        // Standing still and being stopped are results; all else ends the command.
-        let stopped = match done.outcome {
+        let Done { outcome, result } = self.steps.attempt::<MeasureResult>("measure", &flags)?;
+        let is_known = result.as_ref().is_ok_and(|trial| trial.distance_m.is_some());
+        // Standing still and being stopped are results; everything else ends the command.
+        let stopped = match outcome {
             Ok(()) => false,
-            Err(StepError::Failed { cause: Cause::Robot, .. }) if done.json.is_ok() => true,
-            // Standing still is a result; a tracker's file that cannot be used is none.
+            Err(StepError::Failed { cause: Cause::Robot, .. }) if result.is_ok() => true,
+            // Standing still is a result; a tracker's file that cannot be used is not.
             Err(StepError::Failed { cause: Cause::Input, .. }) if is_known => false,
             Err(error) => return Err(self.ended(error)),
         };
-        let json = done.json.map_err(|source| StepError::Json { step: "measure", source })?;
-        Ok(Raw { stopped, ..raw(&json, walk.robot) })
+        let trial = result.map_err(|source| StepError::Json { step: "measure", source })?;
+        Ok(Raw { stopped, ..raw(&trial) })
     }
 
-    /// A step that Ctrl-C ended is no failure.
+    /// A step that Ctrl-C ended is not a failure.
     fn ended(&self, error: StepError) -> ExperimentError {
         match error {
             StepError::Failed { cause: Cause::Interrupted, .. } => self.interrupted(),
@@ -202,8 +207,8 @@ impl Device<'_> {
         }
     }
 
-    /// By the person's word, or by Ctrl-C.
-    fn ended_today(&self) -> ExperimentError {
+    /// The person at the robot ended the session, or Ctrl-C did.
+    fn quit(&self) -> ExperimentError {
         if self.person.has_stopped() {
             return self.interrupted();
         }
@@ -215,23 +220,17 @@ impl Device<'_> {
     }
 }
 
-/// From the JSON of `measure`.
-fn raw(json: &Value, robot: &Robot) -> Raw {
-    let number = |field: &str| json[field].as_f64();
-    let way = |axis: usize| json["displacement_m"][axis].as_f64();
-    // Without a tracker only its length is known: along the floor's line.
-    let displacement_m = match (way(0), way(1)) {
-        (Some(dx_m), Some(dy_m)) => Some([dx_m, dy_m]),
-        _ => number("distance_m").map(|distance_m| [distance_m, 0.0]),
-    };
+/// A trial of the study from one of `measure`.
+fn raw(trial: &MeasureResult) -> Raw {
     Raw {
-        duration_s: number("duration_s").unwrap_or(0.0),
-        energy_j: number("energy_j").unwrap_or(f64::NAN),
-        displacement_m,
-        mass_kg: number("mass_kg").unwrap_or(robot.mass_kg()),
-        fell: number("max_tilt_rad").is_some_and(|tilt_rad| tilt_rad > FALLEN_TILT_RAD),
-        fall_unseen: number("max_tilt_rad").is_none(),
-        missed_samples: json["missed_samples"].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(0),
+        duration_s: trial.duration_s,
+        energy_j: trial.energy_j,
+        // Without a tracker only its length is known: along the floor's line.
+        displacement_m: trial.displacement_m.or(trial.distance_m.map(|distance_m| [distance_m, 0.0])),
+        mass_kg: trial.mass_kg,
+        fell: trial.max_tilt_rad.is_some_and(|tilt_rad| tilt_rad > FALLEN_TILT_RAD),
+        fall_unseen: trial.max_tilt_rad.is_none(),
+        missed_samples: trial.missed_samples.into(),
         ..Raw::default()
     }
 }
@@ -241,30 +240,47 @@ mod tests {
     use super::*;
     use crate::experiment::method::Method;
     use crate::experiment::trial::Mark;
-    use serde_json::json;
+    use crate::robot::LegScale;
 
     #[test]
     fn a_trial_is_judged_by_what_measure_says() {
-        let robot = Robot::ant(1.0).unwrap();
-        let place = Place { method: Method::Psto, leg: 1.0, amplification: 2.0 };
-        let well = json!({
-            "duration_s": 12.0, "energy_j": 9.6, "distance_m": 1.5, "displacement_m": [0.9, 1.2],
-            "mass_kg": 1.0, "missed_samples": 0, "max_tilt_rad": 0.2,
-        });
-        let trial = |json: &Value| Trial::of(place, 0, &raw(json, &robot), "");
-        let with = |field: &str, value: Value| {
-            let mut json = well.clone();
-            json[field] = value;
-            trial(&json).mark
+        let place = Place { method: Method::Psto, leg: LegScale::LONG, amplification: 2.0 };
+        let well = MeasureResult {
+            valid: true,
+            reason: None,
+            gait_name: "psto".into(),
+            gait_sha256: "ab".into(),
+            gait_crc32: "00000001".into(),
+            gait_source: None,
+            amplitude: 2.0,
+            frames_played: 720,
+            duration_s: 12.0,
+            energy_j: 9.6,
+            true_energy_j: None,
+            displacement_m: Some([0.9, 1.2]),
+            max_tilt_rad: Some(0.2),
+            mean_power_w: Some(0.8),
+            distance_m: Some(1.5),
+            distance_source: "tracker truth.jsonl".into(),
+            speed_m_s: Some(0.125),
+            mass_kg: 1.0,
+            cost_of_transport: Some(0.653),
+            clipped_frames: 0,
+            missed_samples: 0,
+            lost_telemetry_frames: 0,
+            frame_rate_hz: Some(60.0),
+            trials: "trials.csv".into(),
+            telemetry: "telemetry-1.csv".into(),
         };
+        let trial = |result: &MeasureResult| Trial::of(place, 0, &raw(result), "");
+        let mark = |result: MeasureResult| trial(&result).mark;
 
         assert_eq!(trial(&well).mark, None);
         assert_eq!(trial(&well).dy_m, Some(1.2));
-        assert_eq!(with("max_tilt_rad", json!(1.4)), Some(Mark::Fell));
-        assert_eq!(with("missed_samples", json!(2)), Some(Mark::MissedSamples));
-        assert_eq!(trial(&json!({})).mark, Some(Mark::Stopped));
-        let mut standing = well.clone();
-        (standing["displacement_m"], standing["distance_m"]) = (Value::Null, json!(0.0));
-        assert_eq!(trial(&standing).mark, Some(Mark::NoDistance));
+        assert_eq!(mark(MeasureResult { max_tilt_rad: Some(1.4), ..well.clone() }), Some(Mark::Fell));
+        assert_eq!(mark(MeasureResult { missed_samples: 2, ..well.clone() }), Some(Mark::MissedSamples));
+        assert_eq!(mark(MeasureResult { duration_s: 0.0, ..well.clone() }), Some(Mark::Stopped));
+        let standing = MeasureResult { displacement_m: None, distance_m: Some(0.0), ..well };
+        assert_eq!(mark(standing), Some(Mark::NoDistance));
     }
 }

@@ -1,21 +1,26 @@
-//! What a study came to: files, words and JSON.
+//! The results of a study: files, words and JSON.
+//!
+//! Holds the lists of parameters and of what is missing, and the printed table.
+//! Does not depend on how trials are walked.
 
-use super::{Args, ExperimentError};
+use super::ExperimentError;
+use super::request::{Request, Retraining};
 use crate::cli::explain::path_text;
 use crate::experiment::ledger::Identity;
 use crate::experiment::materials::Materials;
 use crate::experiment::method::{Method, OWN_STROKE};
+use crate::experiment::report::words::listed;
+use crate::experiment::results::StudySummary;
 use crate::experiment::study::{LegStudy, Parameter, Study, Venue};
 use crate::experiment::summary::{self, Condition, Mean, Planned};
 use crate::experiment::trial::Trial;
 use crate::experiment::twin_trials::PERTURBATION;
-use crate::experiment::{books, claims, figures, report};
-use crate::learn::td3::preset::Preset;
-use crate::learn::td3::run_config::RunConfig;
+use crate::experiment::{claims, energy_balance, figures, report};
+use crate::learn::preset::Preset;
+use crate::learn::run_config::RunConfig;
 use crate::run_folder;
 use crate::search::optimise::tolerances::Tolerances;
 use crate::search::sinusoid::wave::{LEAST_PERIOD_S, MOST_PERIOD_S};
-use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -34,17 +39,19 @@ pub struct Parts {
     pub began: Instant,
 }
 
-/// Writes everything, and says what won.
-pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), ExperimentError> {
+/// Writes everything, and prints the best of each method and the claims.
+pub fn finish(request: &Request, folder: &Path, parts: Parts) -> Result<(), ExperimentError> {
     let began = parts.began;
-    let mut study = study(args, parts);
+    let mut study = study(request, parts);
     let drawn = figures::all(&study);
     figures::write(folder, &drawn)?;
     study.wall_s = began.elapsed().as_secs_f64();
     run_folder::write(&folder.join(REPORT), report::html(&study, &drawn).as_bytes())?;
-    let json = to_json(&study, &report::skipped(&study, &drawn), folder);
+    let (out, report) = (path_text(folder), path_text(&folder.join(REPORT)));
+    let summary = StudySummary::of(&study, report::skipped(&study, &drawn), out, report);
+    let json = serde_json::to_value(summary).map_err(ExperimentError::Json)?;
     run_folder::write(&folder.join(RESULTS), format!("{json:#}\n").as_bytes())?;
-    if args.json {
+    if request.json {
         println!("{json:#}");
     } else {
         print(&study, folder);
@@ -52,16 +59,16 @@ pub fn finish(args: &Args, folder: &Path, parts: Parts) -> Result<(), Experiment
     Ok(())
 }
 
-fn study(args: &Args, parts: Parts) -> Study {
+fn study(request: &Request, parts: Parts) -> Study {
     let Parts { identity, legs, planned, trials, prepare_wall_s, .. } = parts;
     let mut parameters = parameters(&identity, &legs);
-    if args.retrain {
-        parameters.push(Parameter { name: "effort of retraining".into(), value: args.effort.to_string() });
+    if let Some(Retraining { effort, .. }) = request.retraining {
+        parameters.push(Parameter { name: "effort of retraining".into(), value: effort.to_string() });
     }
     let descriptions = descriptions(&identity, &legs);
     let conditions = summary::conditions(&planned, &trials);
     let best = summary::best(&conditions);
-    let books = if identity.venue == Venue::Robot { Vec::new() } else { books::of(&legs, &best) };
+    let energy = if identity.venue == Venue::Robot { Vec::new() } else { energy_balance::of(&legs, &best) };
     let of_leg = |materials: Materials| LegStudy {
         leg: materials.robot.geometry.leg_scale,
         gaits: materials.gaits.into_iter().map(|material| material.note).collect(),
@@ -71,18 +78,18 @@ fn study(args: &Args, parts: Parts) -> Study {
     let legs: Vec<LegStudy> = legs.into_iter().map(of_leg).collect();
     let claims = claims::judge(&conditions, &best, &legs);
     let mut skipped = Vec::new();
-    if identity.venue == Venue::Twin && args.reference_tables.is_none() {
-        skipped.push("the authors' own tables: name them with --reference-tables".to_owned());
+    if identity.venue == Venue::Twin && request.reference.is_none() {
+        skipped.push("the authors' own tables: add them with --reference-tables".to_owned());
     }
     let runnable = planned.iter().filter(|planned| planned.not_run.is_none()).count();
     let left_out = (runnable * identity.plan.trials as usize).saturating_sub(trials.len());
     if left_out > 0 {
-        skipped.push(format!("trials that were left out, {left_out}: the same command offers them again"));
+        skipped.push(format!("trials that were skipped, {left_out}: run the same command to walk them"));
     }
     let unseen = trials.iter().filter(|trial| trial.fall_unseen && trial.mark.is_none()).count();
     if unseen > 0 {
         skipped.push(format!(
-            "falls in {unseen} trials: the tracker tells no tilt, and nobody was at the terminal to ask"
+            "falls in {unseen} trials: the tracker records no tilt, and nobody was at the terminal to ask"
         ));
     }
     let venue = identity.venue;
@@ -92,7 +99,7 @@ fn study(args: &Args, parts: Parts) -> Study {
         legs,
         conditions,
         best,
-        books,
+        energy,
         claims,
         trials,
         parameters,
@@ -102,24 +109,26 @@ fn study(args: &Args, parts: Parts) -> Study {
     }
 }
 
-/// Robots, and what was learned with, every number of them.
+/// Robots and presets, with all their numbers.
 fn descriptions(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
     let robots = legs.iter().map(|materials| Parameter {
-        name: format!("The robot with legs of {} L", materials.robot.geometry.leg_scale),
+        name: format!("The robot with legs of {}", materials.robot.geometry.leg_scale),
         value: materials.robot.to_toml(),
     });
-    let uses = |methods: &[Method]| identity.plan.methods.iter().any(|method| methods.contains(method));
-    let presets = [
-        (
-            Preset::Psto,
-            uses(&[Method::Original, Method::Sinusoid, Method::Psto]),
-            "original, sinusoid and PSTO",
-        ),
-        (Preset::Walk, uses(&[Method::Ours]), "the power-trained policy"),
-    ];
-    let presets = presets.into_iter().filter(|(_, is_used, _)| *is_used).filter_map(|(preset, _, whose)| {
+    // Each preset once, with all methods that it decides, of which one at least takes part.
+    let mut presets: Vec<Preset> = Vec::new();
+    for preset in
+        Method::all().filter(|method| identity.plan.methods.contains(method)).filter_map(Method::preset)
+    {
+        if !presets.contains(&preset) {
+            presets.push(preset);
+        }
+    }
+    let presets = presets.into_iter().filter_map(|preset| {
+        let with_it = Method::all().filter(|method| method.preset() == Some(preset));
+        let labels: Vec<String> = with_it.map(|method| method.label().to_owned()).collect();
         let value = RunConfig::preset(preset).ok()?.to_toml().ok()?;
-        Some(Parameter { name: format!("Learning and task of {whose}"), value })
+        Some(Parameter { name: format!("Learning and task of {}", listed(&labels)), value })
     });
     robots.chain(presets).collect()
 }
@@ -138,7 +147,7 @@ fn parameters(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
     for materials in legs {
         let robot = &materials.robot;
         add(
-            &format!("robot with legs of {} L", robot.geometry.leg_scale),
+            &format!("robot with legs of {}", robot.geometry.leg_scale),
             format!(
                 "{}, {:.3} kg, {:.2} rad/s without load",
                 robot.name,
@@ -199,28 +208,6 @@ fn parameters(identity: &Identity, legs: &[Materials]) -> Vec<Parameter> {
         add("authors' tables, SHA-256", sha256.clone());
     }
     parameters
-}
-
-fn to_json(study: &Study, skipped: &[String], folder: &Path) -> Value {
-    let gaits: Vec<Value> = study
-        .legs
-        .iter()
-        .flat_map(|leg| leg.gaits.iter().map(|note| json!({ "leg": leg.leg, "gait": note })))
-        .collect();
-    json!({
-        "out": path_text(folder),
-        "report": path_text(&folder.join(REPORT)),
-        "on": study.venue,
-        "conditions": study.conditions,
-        "best": study.best,
-        "energy": study.books,
-        "claims": study.claims,
-        "gaits": gaits,
-        "parameters": study.parameters,
-        "skipped": skipped,
-        "prepare_wall_s": study.prepare_wall_s,
-        "wall_s": study.wall_s,
-    })
 }
 
 fn print(study: &Study, folder: &Path) {

@@ -1,9 +1,10 @@
-//! What the person at the robot is asked, before and after each walk.
+//! Questions to the person at the robot, before and after each walk.
 //!
-//! Owns the questions and their answers. A thread reads the line, so that
-//! Ctrl-C is heard while a question is open.
+//! Holds the questions and their answers. A thread reads the line, so that
+//! Ctrl-C works while a question is open. Does not depend on how a trial is walked.
 
 use crate::experiment::trial::{Place, Raw, Trial};
+use crate::robot::LegScale;
 use crate::run_folder::FileError;
 use std::io::IsTerminal as _;
 use std::path::Path;
@@ -11,41 +12,41 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
-/// How soon a Ctrl-C is heard.
+/// How often Ctrl-C is checked for.
 const TICK: Duration = Duration::from_millis(50);
 
-/// What is to happen with a trial.
+/// What to do with a trial that comes next.
 pub enum Before {
     Walk,
-    /// Leave it out for now.
+    /// Leave it out; the next call offers it again.
     Skip,
-    /// Ends for today.
+    /// End the session.
     Quit,
 }
 
-/// What is to become of a walk.
+/// What to do with a trial that was walked.
 pub enum After {
-    /// As it was judged.
+    /// Record it.
     Note(Raw),
-    /// It does not count, and is walked again.
+    /// Discard it, and walk it again.
     Again,
-    /// Leave it out for now.
+    /// Leave it out; the next call offers it again.
     Skip,
-    /// Ends for today.
+    /// End the session.
     Quit,
 }
 
-/// Somebody, or nobody, at standard input.
+/// The person at standard input, if there is one.
 pub struct Person<'a> {
-    /// Legs that the robot has on, as far as was said.
-    legs_on: Option<f64>,
+    /// Legs that the person was last asked to mount.
+    legs_on: Option<LegScale>,
     is_there: bool,
     /// Set by Ctrl-C.
     stop: &'a AtomicBool,
 }
 
 impl<'a> Person<'a> {
-    /// Nobody, where standard input is no terminal.
+    /// Nobody is there if standard input is not a terminal.
     pub fn at_standard_input(stop: &'a AtomicBool) -> Self {
         Self { legs_on: None, is_there: std::io::stdin().is_terminal(), stop }
     }
@@ -68,14 +69,11 @@ impl<'a> Person<'a> {
             return Ok(Before::Walk);
         }
         if self.legs_on != Some(place.leg) {
-            eprintln!(
-                "\nFrom here on: legs of {} L. Mount them, and check that the robot stands.",
-                place.leg
-            );
+            eprintln!("\nMount legs of {} for the next trials, and check that the robot stands.", place.leg);
             self.legs_on = Some(place.leg);
         }
         eprintln!("\n{trial}");
-        let question = "Put the robot on its mark. Enter walks, s leaves this trial out, q ends for today: ";
+        let question = "Put the robot on its mark. Enter starts the walk, s skips this trial, q quits: ";
         Ok(match self.ask(question, &["", "s", "q"])?.as_deref() {
             Some("") => Before::Walk,
             Some("s") => Before::Skip,
@@ -83,15 +81,15 @@ impl<'a> Person<'a> {
         })
     }
 
-    /// After a walk: what neither robot nor tracker can see, and what is to become of a walk that the
-    /// robot broke off. `asks_way`: nobody but the person knows whether it went backwards.
+    /// After a walk: asks what neither robot nor tracker can see, and what to do with a walk that the
+    /// robot ended early. `asks_way`: only the person knows whether it went backwards.
     pub fn after(&self, raw: Raw, asks_way: bool) -> Result<After, FileError> {
         if !self.is_there || (!raw.stopped && !raw.fall_unseen && !asks_way) {
             return Ok(After::Note(raw));
         }
         if raw.stopped {
-            let question = "The robot broke it off or refused it; why stands above. Enter clears the fault and walks it again, \
-                            n notes it as broken off, s leaves it out, q ends for today: ";
+            let question = "The robot refused the walk or ended it early; see the reason above. Enter clears the fault and \
+                            walks again, n records it as stopped, s skips this trial, q quits: ";
             return Ok(match self.ask(question, &["", "n", "s", "q"])?.as_deref() {
                 Some("") => After::Again,
                 Some("n") => After::Note(raw),
@@ -102,11 +100,11 @@ impl<'a> Person<'a> {
         let raw = Raw { fall_unseen: false, ..raw };
         let (question, answers): (_, &[&str]) = if asks_way {
             (
-                "Enter if it walked well, f if it fell, b if it went backwards, r to walk it again: ",
+                "Enter if it walked well, f if it fell, b if it went backwards, r to repeat it: ",
                 &["", "f", "b", "r"],
             )
         } else {
-            ("Enter if it walked well, f if it fell, r to walk it again: ", &["", "f", "r"])
+            ("Enter if it walked well, f if it fell, r to repeat it: ", &["", "f", "r"])
         };
         Ok(match self.ask(question, answers)?.as_deref() {
             Some("") => After::Note(raw),
@@ -117,12 +115,12 @@ impl<'a> Person<'a> {
         })
     }
 
-    /// Says what was noted.
-    pub fn told(&self, trial: &Trial) {
+    /// Prints what was recorded.
+    pub fn show(&self, trial: &Trial) {
         match (trial.mark, trial.speed_m_s, trial.cost_of_transport) {
-            (Some(mark), ..) => eprintln!("Noted as: {}. It counts in no mean.", mark.text()),
+            (Some(mark), ..) => eprintln!("Recorded as: {}. It is left out of the means.", mark.text()),
             (None, Some(speed_m_s), Some(cost)) => {
-                eprintln!("Noted: {speed_m_s:.3} m/s, cost of transport {cost:.3}.");
+                eprintln!("Recorded: {speed_m_s:.3} m/s, cost of transport {cost:.3}.");
             }
             _ => {}
         }
@@ -131,7 +129,7 @@ impl<'a> Person<'a> {
     /// One of the answers; `None` at the end of input, and after Ctrl-C.
     fn ask(&self, question: &str, answers: &[&str]) -> Result<Option<String>, FileError> {
         loop {
-            forget_what_was_typed();
+            discard_typed_ahead();
             eprint!("{question}");
             let Some(said) = self.line()? else {
                 eprintln!("");
@@ -141,7 +139,7 @@ impl<'a> Person<'a> {
                 return Ok(Some(said));
             }
             let letters: Vec<&str> = answers.iter().copied().filter(|answer| !answer.is_empty()).collect();
-            eprintln!("{said:?} is neither Enter nor one of {}", letters.join(", "));
+            eprintln!("{said:?} is not an answer: press Enter, or type one of {}", letters.join(", "));
         }
     }
 
@@ -151,7 +149,7 @@ impl<'a> Person<'a> {
         std::thread::spawn(move || {
             let mut line = String::new();
             let read = std::io::stdin().read_line(&mut line);
-            // Nobody waits for it any more after Ctrl-C.
+            // After Ctrl-C nobody waits for the answer.
             let _ = sender.send(read.map(|bytes| (bytes > 0).then_some(line)));
         });
         loop {
@@ -172,18 +170,18 @@ impl<'a> Person<'a> {
     }
 }
 
-/// Keys that were pressed before a question are no answer to it: the robot would walk.
-fn forget_what_was_typed() {
+/// Discards keys that were pressed before the question: an Enter among them would start a walk.
+fn discard_typed_ahead() {
     #[cfg(unix)]
     {
         use nix::sys::termios::{FlushArg, tcflush};
-        // Of what cannot be flushed nothing was typed at it.
+        // Input that cannot be flushed is not a keyboard.
         let _ = tcflush(std::io::stdin(), FlushArg::TCIFLUSH);
     }
 }
 
-/// What is to be walked.
+/// The trial that comes next, in words.
 pub fn title(place: Place, number: u32, left: usize) -> String {
     let Place { method, leg, amplification } = place;
-    format!("{} at {amplification:?}x, legs of {leg} L, trial {}; {left} to go", method.label(), number + 1)
+    format!("{} at {amplification:?}x, legs of {leg} L, trial {}; {left} left", method.label(), number + 1)
 }

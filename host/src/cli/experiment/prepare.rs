@@ -1,46 +1,44 @@
-//! `--retrain`: every gait made anew, as a person would with the other commands.
+//! `--retrain`: every gait made anew, by the commands that a person would type.
 //!
-//! Owns the order of the commands, what is kept of them, and equal effort:
-//! `--effort` scales training, the sinusoid's search and ours alike. What is
-//! there from an interrupted call is not made twice.
+//! Holds the order of the commands and what is kept of their output. Which
+//! method is made how is said in [`Method::spec`]; `--effort` scales training
+//! and searches alike. What an interrupted call has made is not made twice.
 
-use super::{Args, ExperimentError};
+use super::ExperimentError;
+use super::request::Retraining;
 use crate::cli::Cause;
 use crate::cli::steps::{StepError, Steps};
-use crate::experiment::materials::{LEARNING, MADE, Made, MadeFile, Materials, SPREAD, STRIDE, read_made};
-use crate::experiment::method::Method;
-use crate::experiment::plan::Plan;
+use crate::experiment::materials::{
+    LEARNING, MADE, Made, MadeFile, Materials, SPREAD, STRIDE, file_name, folder_name, read_made,
+};
+use crate::experiment::method::{Method, Recipe};
+use crate::learn::preset::Preset;
 use crate::learn::record;
-use crate::learn::td3::preset::Preset;
-use crate::learn::td3::run_config::{ConfigError, RunConfig};
+use crate::learn::run_config::{ConfigError, RunConfig};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
+use crate::search::optimise::result::OptimiseResult;
+use crate::search::sinusoid::result::SinusoidResult;
 use crate::sim::ant_env::CONTROL_RATE_HZ;
 use clap::ValueEnum as _;
-use serde_json::Value;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use thiserror::Error;
 
-/// Seeds that are trained, of which the best is taken: PSTO's, whose rival has as much simulated time,
-const PSTO_SEEDS: u64 = 2;
-/// and those of the policy that pays for power.
-const OURS_SEEDS: u64 = 3;
-/// Trials of the search at full effort: ten minutes of two cores.
-const SEARCH_TRIALS: f64 = 30_000.0;
-/// Fewer are no search.
-const LEAST_SEARCH_TRIALS: f64 = 300.0;
+/// Simulated time of a trial of `optimise`: 1 s of entry, 5 s of walking.
+const SEARCH_TRIAL_S: f64 = 6.0;
 
 /// Why gaits were not made.
 #[derive(Debug, Error)]
 pub enum PrepareError {
-    /// A preset of ours that is none.
+    /// A preset that cannot be read.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// What was made cannot be noted.
     #[error("cannot note how gaits were made")]
     Made(#[from] toml::ser::Error),
-    /// Another call made it otherwise.
+    /// Another call made it with another seed or effort.
     #[error("{path} has the gait of {method} already, made with another --seed or --effort")]
     Otherwise {
         /// Which method.
@@ -50,75 +48,75 @@ pub enum PrepareError {
     },
 }
 
-/// One robot's gaits in the making.
-struct Making<'a> {
-    args: &'a Args,
+/// Makes the gaits of one robot.
+struct GaitBuilder<'a> {
+    retraining: Retraining,
     steps: Steps,
     robot_flags: [String; 2],
     /// The study's.
     folder: &'a Path,
     /// Runs and searches.
     work: PathBuf,
-    /// What of them takes part.
+    /// Where the gaits that take part are kept.
     gaits: &'a Path,
     made: MadeFile,
 }
 
-/// Makes what the plan asks for and the folder lacks.
+/// A policy's training, as its method asks for it.
+struct Training {
+    preset: Preset,
+    seeds: u64,
+    seam: &'static str,
+    keeps_stride: bool,
+}
+
+/// Makes the gaits of some methods that the folder lacks.
 pub fn make(
-    args: &Args,
-    plan: &Plan,
+    retraining: Retraining,
+    methods: &[Method],
     robot: &Robot,
     folder: &Path,
     gaits: &Path,
 ) -> Result<(), ExperimentError> {
-    let name = crate::experiment::materials::folder_name(robot);
-    let work = folder.join("prepare").join(name);
+    let work = folder.join("prepare").join(folder_name(robot));
     std::fs::create_dir_all(&work).map_err(FileError::on("create", &work))?;
     let robot_folder = work.join(run_folder::ROBOT);
     robot.save(&robot_folder)?;
     let robot_flags = ["--robot".to_owned(), robot_folder.display().to_string()];
     let made = read_made(gaits)?;
-    let mut making = Making { args, steps: Steps::new()?, robot_flags, folder, work, gaits, made };
-    let wants = |methods: &[Method]| plan.methods.iter().any(|method| methods.contains(method));
-    if wants(&[Method::Original, Method::Psto]) {
-        making.learned(Method::Psto, Preset::Psto, PSTO_SEEDS, "free")?;
-    }
-    if wants(&[Method::Ours]) {
-        making.learned(Method::Ours, Preset::Walk, OURS_SEEDS, "continuous")?;
-    }
-    if wants(&[Method::Sinusoid]) {
-        making.sinusoid()?;
-    }
-    if wants(&[Method::Searched]) {
-        making.searched()?;
-    }
-    Ok(())
+    let steps = Steps::new()?;
+    let mut builder = GaitBuilder { retraining, steps, robot_flags, folder, work, gaits, made };
+    Method::all().filter(|method| methods.contains(method)).try_for_each(|method| builder.make(method))
 }
 
-impl Making<'_> {
-    /// Whether it was made before, by the same seed and effort: rivals must have had equal chances.
+impl GaitBuilder<'_> {
+    fn make(&mut self, method: Method) -> Result<(), ExperimentError> {
+        match method.spec().recipe {
+            None => Ok(()),
+            Some(Recipe::With(other)) => self.make(other),
+            Some(_) if self.has(method)? => Ok(()),
+            Some(Recipe::Train { preset, seeds, seam, keeps_stride }) => {
+                self.train(method, &Training { preset, seeds, seam, keeps_stride })
+            }
+            Some(Recipe::Sinusoid { preset, seeds }) => self.sinusoid(method, preset, seeds),
+            Some(Recipe::Optimise { trials, least_trials }) => self.optimise(method, trials, least_trials),
+        }
+    }
+
+    /// Whether it was made before with the same seed and effort: all methods get the same.
     fn has(&self, method: Method) -> Result<bool, PrepareError> {
         let Some(made) = self.made.get(method.name()) else { return Ok(false) };
-        if (made.seed, made.effort) == (Some(self.args.seed), Some(self.args.effort)) {
+        if (made.seed, made.effort) == (Some(self.retraining.seed), Some(self.retraining.effort)) {
             return Ok(true);
         }
         Err(PrepareError::Otherwise { method: method.name(), path: self.gaits.join(MADE) })
     }
 
     /// A policy, its stride and its curves.
-    fn learned(
-        &mut self,
-        method: Method,
-        preset: Preset,
-        seeds: u64,
-        seam: &'static str,
-    ) -> Result<(), ExperimentError> {
-        if self.has(method)? {
-            return Ok(());
-        }
+    fn train(&mut self, method: Method, training: &Training) -> Result<(), ExperimentError> {
+        let Training { preset, seeds, seam, keeps_stride } = *training;
         let began = Instant::now();
-        let config = scaled(preset, self.args.effort)?;
+        let config = scaled(preset, self.retraining.effort)?;
         let path = self.work.join(format!("{}.toml", method.name()));
         let text = format!(
             "based_on = \"{}\"\n\n[schedule]\nepochs = {}\n",
@@ -128,86 +126,78 @@ impl Making<'_> {
         run_folder::write(&path, text.as_bytes())?;
         let run = self.work.join(method.name());
         let (run_name, path) = (run.display().to_string(), path.display().to_string());
-        let range = format!("{}..{}", self.args.seed, self.args.seed + seeds);
+        let range = format!("{}..{}", self.retraining.seed, self.retraining.seed + seeds);
         let mut commands = Vec::new();
         let robot = self.robot_flags.clone();
         let flags = ["--config", &path, "--seeds", &range, "--out", &run_name, &robot[0], &robot[1]];
         if run.join(run_folder::CONFIG).exists() || run.join("seeds.json").exists() {
-            self.step("train", &["--resume", &run_name], &mut Vec::new())?;
+            self.step::<IgnoredAny>("train", &["--resume", &run_name], &mut Vec::new())?;
             // The same networks as without the interruption, and so by the same command.
             commands.push(format!("host train {}", flags.join(" ")));
         } else {
-            self.step("train", &flags, &mut commands)?;
+            self.step::<IgnoredAny>("train", &flags, &mut commands)?;
         }
-        self.step("record", &["--run", &run_name], &mut commands)?;
-        if method == Method::Psto {
+        self.step::<IgnoredAny>("record", &["--run", &run_name], &mut commands)?;
+        if keeps_stride {
             self.keep(&run.join(run_folder::TRAJECTORY), STRIDE)?;
             self.keep(&run.join(record::SPREAD), SPREAD)?;
             for k in 0..seeds {
-                let seed = format!("seed-{}", self.args.seed + k);
+                let seed = format!("seed-{}", self.retraining.seed + k);
                 let curve = run.join(&seed).join(run_folder::LEARNING_CURVE);
                 self.keep(&curve, &format!("{LEARNING}/{seed}/{}", run_folder::LEARNING_CURVE))?;
             }
-            self.note(Method::Original, &commands, Some(simulated_s(&config, seeds)), began)?;
+            let with_it = |other: &Method| other.spec().recipe == Some(Recipe::With(method));
+            for other in Method::all().filter(with_it) {
+                self.note(other, &commands, Some(simulated_s(&config, seeds)), began)?;
+            }
         }
         // Walked in any case: a servo that lags is part of what is compared.
-        self.step("fit", &["--run", &run_name, "--seam", seam, "--lag"], &mut commands)?;
-        self.keep(&run.join(run_folder::GAIT), &format!("{}.toml", method.name()))?;
+        self.step::<IgnoredAny>("fit", &["--run", &run_name, "--seam", seam, "--lag"], &mut commands)?;
+        self.keep(&run.join(run_folder::GAIT), &file_name(method))?;
         self.note(method, &commands, Some(simulated_s(&config, seeds)), began)
     }
 
-    /// The rival, with the simulated time that PSTO had.
-    fn sinusoid(&mut self) -> Result<(), ExperimentError> {
-        if self.has(Method::Sinusoid)? {
-            return Ok(());
-        }
+    fn sinusoid(&mut self, method: Method, preset: Preset, seeds: u64) -> Result<(), ExperimentError> {
         let began = Instant::now();
-        let budget_s = simulated_s(&scaled(Preset::Psto, self.args.effort)?, PSTO_SEEDS).round();
-        let out = self.fresh(Method::Sinusoid)?;
-        let (seed, budget) = (self.args.seed.to_string(), budget_s.to_string());
-        let out_name = out.display().to_string();
-        let robot = self.robot_flags.clone();
-        let mut commands = Vec::new();
-        let flags = [
-            "--preset",
-            "psto",
-            "--seed",
-            &seed,
-            "--budget-s",
-            &budget,
-            "--out",
-            &out_name,
-            &robot[0],
-            &robot[1],
-        ];
-        let json = self.step("sinusoid", &flags, &mut commands)?;
-        self.keep(&out.join(run_folder::GAIT), "sinusoid.toml")?;
-        self.note(Method::Sinusoid, &commands, json["simulated_s"].as_f64().or(Some(budget_s)), began)
+        let budget_s = simulated_s(&scaled(preset, self.retraining.effort)?, seeds).round();
+        let flags = ["--preset", &preset_name(preset)];
+        let (result, commands): (SinusoidResult, _) =
+            self.search("sinusoid", method, &flags, ["--budget-s", &budget_s.to_string()])?;
+        self.note(method, &commands, Some(result.simulated_s), began)
     }
 
-    fn searched(&mut self) -> Result<(), ExperimentError> {
-        if self.has(Method::Searched)? {
-            return Ok(());
-        }
+    fn optimise(&mut self, method: Method, trials: f64, least_trials: f64) -> Result<(), ExperimentError> {
         let began = Instant::now();
-        let out = self.fresh(Method::Searched)?;
-        let trials = (SEARCH_TRIALS * self.args.effort).max(LEAST_SEARCH_TRIALS).round().to_string();
-        let (seed, out_name) = (self.args.seed.to_string(), out.display().to_string());
-        let robot = self.robot_flags.clone();
-        let mut commands = Vec::new();
-        let flags = ["--seed", &seed, "--budget", &trials, "--out", &out_name, &robot[0], &robot[1]];
-        let json = self.step("optimise", &flags, &mut commands)?;
-        self.keep(&out.join(run_folder::GAIT), "searched.toml")?;
-        // A trial of the search: 1 s of entry, 5 s of walking.
-        self.note(Method::Searched, &commands, json["evaluations"].as_f64().map(|n| 6.0 * n), began)
+        let trials = (trials * self.retraining.effort).max(least_trials).round().to_string();
+        let (result, commands): (OptimiseResult, _) =
+            self.search("optimise", method, &[], ["--budget", &trials])?;
+        self.note(method, &commands, Some(SEARCH_TRIAL_S * result.evaluations as f64), began)
     }
 
-    fn step(
+    /// A search in a folder of its own, of which the gait is kept: its result and its command.
+    fn search<T: DeserializeOwned>(
+        &mut self,
+        step: &'static str,
+        method: Method,
+        flags: &[&str],
+        budget: [&str; 2],
+    ) -> Result<(T, Vec<String>), ExperimentError> {
+        let out = self.fresh(method)?;
+        let (seed, out_name) = (self.retraining.seed.to_string(), out.display().to_string());
+        let robot = self.robot_flags.clone();
+        let own = ["--seed", &seed, budget[0], budget[1], "--out", &out_name, &robot[0], &robot[1]];
+        let mut commands = Vec::new();
+        let result = self.step(step, &[flags, &own[..]].concat(), &mut commands)?;
+        self.keep(&out.join(run_folder::GAIT), &file_name(method))?;
+        Ok((result, commands))
+    }
+
+    fn step<T: DeserializeOwned>(
         &mut self,
         step: &'static str,
         flags: &[&str],
         commands: &mut Vec<String>,
-    ) -> Result<Value, ExperimentError> {
+    ) -> Result<T, ExperimentError> {
         commands.push(format!("host {step} {}", flags.join(" ")));
         self.steps.run(step, flags).map_err(|error| match error {
             StepError::Failed { cause: Cause::Interrupted, .. } => {
@@ -217,7 +207,7 @@ impl Making<'_> {
         })
     }
 
-    /// A folder for a search; what an interrupted one left there goes, it cannot be gone on with.
+    /// A folder for a search; the remains of an interrupted one are removed, since none can be resumed.
     fn fresh(&self, method: Method) -> Result<PathBuf, ExperimentError> {
         let out = self.work.join(method.name());
         if out.exists() {
@@ -243,8 +233,8 @@ impl Making<'_> {
         began: Instant,
     ) -> Result<(), ExperimentError> {
         let made = Made {
-            seed: Some(self.args.seed),
-            effort: Some(self.args.effort),
+            seed: Some(self.retraining.seed),
+            effort: Some(self.retraining.effort),
             simulated_s,
             wall_s: Some((10.0 * began.elapsed().as_secs_f64()).round() / 10.0),
             commands: commands.to_vec(),
@@ -278,13 +268,17 @@ fn preset_name(preset: Preset) -> String {
     preset.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// Wall-clock time of all that was made, in this call or before it. PSTO's has its stride's in it,
-/// which is the original's.
+/// Wall-clock time of all that was made, in this call or before it. A gait that comes with the
+/// training of another method is counted once, there.
 pub fn wall_s(legs: &[Materials]) -> f64 {
     let of_leg = |materials: &Materials| -> f64 {
         let notes = || materials.gaits.iter().map(|material| &material.note);
-        let has_psto = notes().any(|note| note.method == Method::Psto);
-        let own = notes().filter(|note| !(has_psto && note.method == Method::Original));
+        let is_there = |method: Method| notes().any(|note| note.method == method);
+        let comes_with = |method: Method| match method.spec().recipe {
+            Some(Recipe::With(other)) => is_there(other),
+            _ => false,
+        };
+        let own = notes().filter(|note| !comes_with(note.method));
         own.filter_map(|note| note.prepare_wall_s).sum()
     };
     legs.iter().map(of_leg).sum()

@@ -1,7 +1,7 @@
-//! The trials of a study, in the order of its plan, watched.
+//! The trials of a study, in the order of its plan.
 //!
-//! Owns the progress bar and Ctrl-C: what was walked is in the ledger before
-//! the next trial begins.
+//! Holds the progress bar and Ctrl-C: a trial is in the ledger before the next
+//! one begins. Does not depend on how a trial is walked.
 
 use super::ExperimentError;
 use super::device::Device;
@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The trials of all conditions, those done before left out.
+/// The trials of all conditions, without those that are in the ledger.
 pub struct Walks<'a> {
     pub plan: &'a Plan,
     pub legs: &'a [Materials],
@@ -35,7 +35,7 @@ impl Walks<'_> {
 
     pub fn in_twin(&self, ledger: &mut Ledger, folder: &Path) -> Result<(), ExperimentError> {
         let style =
-            ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {msg}, {elapsed} gone, {eta} to go");
+            ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {msg}, {elapsed} elapsed, {eta} left");
         let bar = ProgressBar::new(self.left(ledger) as u64)
             .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         for Planned { place, .. } in self.runnable() {

@@ -1,4 +1,6 @@
-//! Where a gait comes from, what it is called, and where it goes.
+//! The provenance of a fitted gait, and the file that it is written to.
+//!
+//! Does not depend on the fit.
 
 use super::Args;
 use crate::cli::Failure;
@@ -16,7 +18,7 @@ pub fn provenance(args: &Args, chosen: &Chosen, seam: Seam) -> Provenance {
     let trained = trajectory.is_own_stride && folder.join(run_folder::POLICY).is_file();
     let run = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
     let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
-    // Not `args`: it panics on a path that is no UTF-8.
+    // Not `args`: it panics on a path that is not UTF-8.
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
     Provenance {
         file: Some(path.display().to_string()),
@@ -32,22 +34,11 @@ pub fn provenance(args: &Args, chosen: &Chosen, seam: Seam) -> Provenance {
     }
 }
 
-/// The seed in a run's configuration, wherever its table has it.
+/// The seed in a run's configuration.
 fn seed_of_run(folder: &Path) -> Option<u64> {
     let text = std::fs::read_to_string(folder.join(run_folder::CONFIG)).ok()?;
     let table: toml::Table = text.parse().ok()?;
-    let nested = table.values().filter_map(|value| value.as_table()?.get("seed"));
-    table.get("seed").into_iter().chain(nested).find_map(|seed| seed.as_integer()?.try_into().ok())
-}
-
-pub fn default_name(trajectory: &Path, provenance: &Provenance) -> String {
-    let name = match (provenance.source, provenance.seed) {
-        (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
-        _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-    };
-    let name: String =
-        name.chars().filter(|c| matches!(c, ' '..='~')).take(protocol::Name::CAPACITY).collect();
-    if name.trim().is_empty() { "gait".into() } else { name }
+    table.get("seed")?.as_integer()?.try_into().ok()
 }
 
 /// Where a gait goes.

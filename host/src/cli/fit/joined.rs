@@ -1,8 +1,8 @@
-//! The stride with each of the two seams, side by side.
+//! The stride with each of the two seams, for comparison.
 //!
-//! Owns what there is to compare: curves, and what they ask of the servos at
-//! amplitude 1.0 and at the policy's own stroke. The seam that the gait gets
-//! is [`Seams::taken`].
+//! Holds the curves, and the servo speeds that they need at amplitude 1.0 and at the
+//! policy's own stroke. The gait gets the seam of [`Seams::taken`]. Does not depend on
+//! a robot.
 
 use crate::gait::fit::speeds::{PeakSpeed, peak_speeds};
 use crate::gait::fit::{self, JointFit, Scale, Seam};

@@ -1,18 +1,18 @@
 //! Whether the robot's servos follow the curve.
 //!
-//! Refuses a gait that is too fast for them even at amplitude 1.0, the least
-//! that is of use: whatever walks then is not the curve. A jump at a free seam
-//! is only warned of: the authors' own loop has one, their robot walked with
-//! it, and a servo is back on the curve a few frames later.
+//! A gait that is too fast for them even at amplitude 1.0, the smallest of use, is an
+//! error: the robot would not walk the curve. A jump at a free seam is only a warning:
+//! the authors' own loop has one, their robot walked with it, and a servo is back on
+//! the curve a few frames later. Does not depend on how the curve was fitted.
 
 use super::USUAL_AMPLITUDE;
 use super::joined::{Joined, Seams};
-use super::policy_record::PolicyRecord;
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
 use crate::gait::fit::speeds::{fastest, largest_followed, peak_speeds};
 use crate::gait::fit::{R2_WARNING, Seam};
 use crate::gait::gait_file::limits::as_typed;
+use crate::gait::policy_record::RecordSummary;
 use protocol::{Amplitude, FRAME_RATE_HZ, Joint};
 use thiserror::Error;
 
@@ -46,7 +46,7 @@ impl Pace {
         seams: &Seams,
         time_stretch: f64,
         robot: &str,
-        record: Option<&PolicyRecord>,
+        record: Option<&RecordSummary>,
     ) -> Result<(), Failure> {
         let (joint, fastest_deg_s) = fastest(&seams.taken.at_one);
         if fastest_deg_s <= self.servo_deg_s {
@@ -55,7 +55,7 @@ impl Pace {
         let servo_deg_s = self.servo_deg_s;
         // Up, to a tenth.
         let stretch = (10.0 * time_stretch * fastest_deg_s / servo_deg_s).ceil() / 10.0;
-        let crowded = record.and_then(PolicyRecord::crowded_strides);
+        let crowded = record.and_then(RecordSummary::crowded_strides);
         let mut moves: Vec<String> = too_much(poorest(&seams.taken), crowded).into_iter().collect();
         // Slower, a curve that cannot follow so many strides would still not.
         if crowded.is_none() {
@@ -96,7 +96,7 @@ impl Pace {
             .map_or("at no amplitude".to_owned(), |a| format!("up to {a}x, beyond that they lag"));
         (!asked.is_empty()).then(|| {
             format!(
-                "the servos do {:.0} degrees/s, but are to turn {}; they follow {up_to}",
+                "the servos do {:.0} degrees/s, but must turn {}; they follow {up_to}",
                 self.servo_deg_s,
                 asked.join(", and ")
             )
@@ -124,8 +124,7 @@ fn too_much(poorest: Option<(Joint, f64)>, crowded: Option<f64>) -> Option<Strin
             poor.map_or(String::new(), |poor| format!(" ({poor})"))
         )),
         (None, Some(poor)) => {
-            let help =
-                "fit fewer strides at a time, --rows A..B: the curve does not show what the recording does";
+            let help = "fit fewer strides at a time, --rows A..B: the curve does not follow the recording";
             Some(format!("{help} ({poor})"))
         }
         (None, None) => None,

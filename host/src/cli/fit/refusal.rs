@@ -1,4 +1,6 @@
-//! Why no gait came of a fit, and the user's next move.
+//! Why a fit made no gait, and what to do next.
+//!
+//! Does not depend on the fit itself.
 
 use crate::cli::explain::{failure, failure_with_help, file_cause};
 use crate::cli::{Cause, Failure};
@@ -12,7 +14,7 @@ pub fn unplayable(error: UnusableGait) -> Failure {
              --negate and --limit-deg"
         }
         UnusableGait::JointValue { .. } | UnusableGait::Deviation { .. } => {
-            "a joint moves by --unit-deg per unit of action; are the recording's units others?"
+            "a joint moves by --unit-deg per unit of action; check the recording's units"
         }
         _ => return failure(Cause::Input, error),
     };

@@ -1,4 +1,6 @@
-//! What a fit came to, for people and for scripts.
+//! The result of a fit, for people and for scripts.
+//!
+//! Does not depend on how it was made.
 
 use super::joined::Joined;
 use super::{Args, Fitted, USUAL_AMPLITUDE};
@@ -25,7 +27,7 @@ pub fn print(args: &Args, fitted: &Fitted) {
     }
 }
 
-fn warnings(Fitted { seams, pace, crowded_strides, kept, chosen, .. }: &Fitted) -> Vec<String> {
+fn warnings(Fitted { seams, pace, crowded_strides, comparison, chosen, .. }: &Fitted) -> Vec<String> {
     let mut warnings = Vec::new();
     let poor: Vec<String> = Joint::ALL
         .into_iter()
@@ -37,12 +39,12 @@ fn warnings(Fitted { seams, pace, crowded_strides, kept, chosen, .. }: &Fitted) 
     if !poor.is_empty() {
         let fewer = match crowded_strides {
             Some(strides) => format!(
-                "it is to follow {strides:.1} strides; record the stride itself: host record without --window"
+                "it must follow {strides:.1} strides; record the stride itself: host record without --window"
             ),
             None => "fit fewer strides at a time (--rows)".to_owned(),
         };
         warnings.push(format!(
-            "R2 is below {R2_WARNING} of {}: the curve does not show what the recording does; {fewer}",
+            "R2 is below {R2_WARNING} of {}: the curve does not follow the recording; {fewer}",
             poor.join(", ")
         ));
     }
@@ -62,15 +64,15 @@ fn warnings(Fitted { seams, pace, crowded_strides, kept, chosen, .. }: &Fitted) 
         warnings.push(format!("{rows} rows are few: below {FEW_ROWS} the curve may swing between them"));
     }
     warnings.extend(pace.warning(seams));
-    match kept {
-        Ok(kept) => warnings.extend(kept.as_ref().and_then(|kept| kept.warning())),
+    match comparison {
+        Ok(comparison) => warnings.extend(comparison.as_ref().and_then(|comparison| comparison.warning())),
         Err(error) => warnings.push(format!("not compared with the policy: {}", message_of(error))),
     }
     warnings
 }
 
 fn print_words(fitted: &Fitted) {
-    let Fitted { out, gait, pace, kept, chosen, .. } = fitted;
+    let Fitted { out, gait, pace, comparison, chosen, .. } = fitted;
     println!(
         "{}: rows {}..{} of {}, {:.3} s recorded, {:.3} s played, seam {}",
         gait.name,
@@ -95,8 +97,8 @@ fn print_words(fitted: &Fitted) {
         Some(amplitude) => println!("the servos follow it up to {amplitude}x"),
         None => println!("the servos follow it at no amplitude"),
     }
-    if let Ok(Some(kept)) = kept {
-        println!("{}", kept.words(gait.period_s));
+    if let Ok(Some(comparison)) = comparison {
+        println!("{}", comparison.words(gait.period_s));
     }
     println!("gait {} in {} and {}", digest(gait), out.display(), out.with_extension("bin").display());
     if let Some(amplitude) = next_amplitude(fitted) {
@@ -182,7 +184,7 @@ fn digest(gait: &GaitFile) -> String {
 }
 
 fn print_json(fitted: &Fitted, warnings: &[String]) {
-    let Fitted { out, gait, seams, pace, kept, chosen, .. } = fitted;
+    let Fitted { out, gait, seams, pace, comparison, chosen, .. } = fitted;
     let joints: Vec<_> = Joint::ALL
         .into_iter()
         .map(|joint| {
@@ -220,7 +222,7 @@ fn print_json(fitted: &Fitted, warnings: &[String]) {
             "free": seams.with(Seam::Free).map(seam_to_json),
             "continuous": seams.with(Seam::Continuous).map(seam_to_json),
         },
-        "open_loop": kept.as_ref().ok(),
+        "open_loop": comparison.as_ref().ok(),
         "next_amplitude": next_amplitude(fitted),
         "warnings": warnings,
     });

@@ -1,4 +1,6 @@
 //! Where a trial's distance comes from: a flag, a question, or a tracker.
+//!
+//! Does not depend on how the trial is walked.
 
 use super::{MeasureError, failure, failure_with_help};
 use crate::cli::{Cause, Failure};
@@ -23,12 +25,12 @@ pub enum Source {
 }
 
 impl Source {
-    /// Decides before the robot walks, and refuses what cannot be answered after.
+    /// Chosen before the robot walks; a distance that cannot be known afterwards is an error.
     pub fn choose(distance: Option<f64>, tracker: Option<&Path>) -> Result<Self, Failure> {
         match (distance, tracker) {
             (Some(distance_m), _) => Ok(Self::Flag(distance_m)),
             (None, Some(path)) => {
-                // A tracker may only be exported after the trial, by somebody at a terminal.
+                // At a terminal, the user may export the tracker's file after the trial.
                 if !std::io::stdin().is_terminal() {
                     std::fs::metadata(path)
                         .map_err(FileError::on("read", path))
@@ -39,8 +41,8 @@ impl Source {
             (None, None) if std::io::stdin().is_terminal() => Ok(Self::Prompt),
             (None, None) => Err(failure_with_help(
                 Cause::Usage,
-                MeasureError::NoDistance,
-                "give --distance M, or --tracker FILE; at a terminal you would be asked. Nothing has moved",
+                MeasureError::UnknownDistance,
+                "give --distance M, or --tracker FILE; at a terminal you would be asked for it. Nothing has moved",
             )),
         }
     }
@@ -83,7 +85,7 @@ fn ask() -> Result<f64, Failure> {
         // A decimal comma is a habit, not a mistake.
         match line.trim().replace(',', ".").parse::<f64>() {
             Ok(distance_m) if (0.0..=1e4).contains(&distance_m) => return Ok(distance_m),
-            _ => eprintln!("{:?} is no distance; a number in metres, such as 1.64", line.trim()),
+            _ => eprintln!("{:?} is not a distance; type metres, such as 1.64", line.trim()),
         }
     }
 }

@@ -1,5 +1,6 @@
-//! The last walk as the robot remembers it, through power-off: what a walk
-//! without a cable came to.
+//! The last walk as the robot remembers it, even through power-off.
+//!
+//! For a walk without a cable. Does not depend on a trials table: nothing is written.
 
 use super::{Args, Failure, failure, failure_with_help, mass_kg, unreachable_robot};
 use crate::cli::Cause;
@@ -17,7 +18,7 @@ use thiserror::Error;
 enum NoTrial {
     #[error("the robot remembers no walk")]
     Nothing,
-    #[error("what the robot remembers of its last walk is damaged ({len} bytes)")]
+    #[error("the robot's record of its last walk is damaged ({len} bytes)")]
     Damaged { len: usize },
 }
 
@@ -101,7 +102,7 @@ impl Figures {
             println!("a joint was held at its limit in {} frames", trial.clipped_frames);
         }
         if trial.missed_samples > 0 {
-            println!("{} power samples failed; the one before stood in for each", trial.missed_samples);
+            println!("{} power samples failed; the preceding one was used instead", trial.missed_samples);
         }
         if distance_m.is_none() && trial.frames > 0 {
             println!("For its cost of transport: --distance M");

@@ -1,17 +1,20 @@
-//! What a trial came to, for people, for scripts and for the table.
+//! The result of a trial, for people, for scripts and for the table.
+//!
+//! Does not depend on how the trial was walked.
 
 use super::distance::Source;
 use super::{Args, Failure, Gait, as_typed, failure};
 use crate::cli::Cause;
 use crate::cli::explain::path_text;
+use crate::cli::output;
 use crate::device::tracker::Walked;
 use crate::device::trial::Trial;
 use crate::device::trial::clock::Interval;
+use crate::device::trial::measure_result::MeasureResult;
 use crate::device::trial::table::Row;
 use crate::energy::cost_of_transport;
 use crate::run_folder;
 use protocol::FRAME_RATE_HZ;
-use serde_json::json;
 use std::path::Path;
 
 /// A robot's clock this far from the host's scales energy and speed alike.
@@ -27,7 +30,7 @@ pub struct Outcome<'a> {
 }
 
 impl<'a> Outcome<'a> {
-    /// What the robot says.
+    /// From the robot's own counters, without a distance.
     pub fn of(trial: &Trial, gait: &'a Gait, mass_kg: f64) -> Self {
         let (energy_j, duration_s) = (trial.energy_j(), trial.duration_s());
         let row = Row {
@@ -48,8 +51,8 @@ impl<'a> Outcome<'a> {
         Self { row, gait, walked: Walked::default(), frame_rate_hz: None }
     }
 
-    /// Adds the distance and what follows from it; an error is noted as the reason.
-    pub fn judge(&mut self, source: &Source, interval: Option<Interval>) -> Result<(), Failure> {
+    /// Adds the distance, the speed and the cost of transport; an error becomes the row's reason.
+    pub fn add_distance(&mut self, source: &Source, interval: Option<Interval>) -> Result<(), Failure> {
         self.frame_rate_hz = interval.map(|i| i.frame_rate_hz);
         self.row.distance_source = source.name();
         let walked = source.walked(interval).inspect_err(|failure| {
@@ -73,7 +76,7 @@ impl<'a> Outcome<'a> {
             eprintln!("warning: {warning}");
         }
         if args.json {
-            self.print_json(folder);
+            output::print_json(&self.result(folder));
         } else {
             self.print_words(folder);
         }
@@ -85,7 +88,7 @@ impl<'a> Outcome<'a> {
         let percent = |count: f64| 100.0 * count / f64::from(row.frames.max(1));
         if row.missed_samples > 0 {
             warnings.push(format!(
-                "{} of {} power samples failed or saturated ({:.1} %); the sample before stood in for them",
+                "{} of {} power samples failed or saturated ({:.1} %); the preceding sample was used instead",
                 row.missed_samples,
                 row.frames,
                 percent(row.missed_samples.into())
@@ -148,35 +151,34 @@ impl<'a> Outcome<'a> {
         );
     }
 
-    fn print_json(&self, folder: &Path) {
-        let row = &self.row;
-        let result = json!({
-            "valid": row.reason.is_none(),
-            "reason": row.reason,
-            "gait_name": row.gait_name,
-            "gait_sha256": row.gait_sha256,
-            "gait_crc32": row.gait_crc32,
-            "gait_source": self.gait.source(folder),
-            "amplitude": row.amplitude,
-            "frames_played": row.frames,
-            "duration_s": row.duration_s,
-            "energy_j": row.energy_j,
-            "true_energy_j": self.walked.true_energy_j,
-            "displacement_m": self.walked.displacement_m,
-            "max_tilt_rad": self.walked.max_tilt_rad,
-            "mean_power_w": row.mean_power_w,
-            "distance_m": row.distance_m,
-            "distance_source": row.distance_source,
-            "speed_m_s": row.speed_m_s,
-            "mass_kg": row.mass_kg,
-            "cost_of_transport": row.cost_of_transport,
-            "clipped_frames": row.clipped_frames,
-            "missed_samples": row.missed_samples,
-            "lost_telemetry_frames": row.lost_telemetry_frames,
-            "frame_rate_hz": self.frame_rate_hz,
-            "trials": path_text(&folder.join(run_folder::TRIALS)),
-            "telemetry": path_text(&folder.join(&row.telemetry)),
-        });
-        println!("{result:#}");
+    fn result(&self, folder: &Path) -> MeasureResult {
+        let row = self.row.clone();
+        MeasureResult {
+            valid: row.reason.is_none(),
+            reason: row.reason,
+            gait_name: row.gait_name,
+            gait_sha256: row.gait_sha256,
+            gait_crc32: row.gait_crc32,
+            gait_source: self.gait.source(folder).map(str::to_owned),
+            amplitude: row.amplitude,
+            frames_played: row.frames,
+            duration_s: row.duration_s,
+            energy_j: row.energy_j,
+            true_energy_j: self.walked.true_energy_j,
+            displacement_m: self.walked.displacement_m,
+            max_tilt_rad: self.walked.max_tilt_rad,
+            mean_power_w: row.mean_power_w,
+            distance_m: row.distance_m,
+            distance_source: row.distance_source,
+            speed_m_s: row.speed_m_s,
+            mass_kg: row.mass_kg,
+            cost_of_transport: row.cost_of_transport,
+            clipped_frames: row.clipped_frames,
+            missed_samples: row.missed_samples,
+            lost_telemetry_frames: row.lost_telemetry_frames,
+            frame_rate_hz: self.frame_rate_hz,
+            trials: path_text(&folder.join(run_folder::TRIALS)),
+            telemetry: path_text(&folder.join(&row.telemetry)),
+        }
     }
 }

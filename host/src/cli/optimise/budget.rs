@@ -1,18 +1,19 @@
-//! How long to search, as it is typed.
+//! `--budget`: how long to search, as it is typed.
 //!
-//! Owns the exchange of time for trials. A search that looked at the clock
-//! would find another gait each time; so time is turned into trials at a fixed
-//! rate, and the same words give the same gait everywhere, sooner or later.
+//! Holds the conversion of time to trials. A search that looked at the clock
+//! would find another gait each time; so time is converted at a fixed rate, and
+//! the same budget gives the same gait on every machine. Does not depend on the
+//! speed of this one.
 
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Trials of a second on two cores of an AMD EPYC of 2024: `host optimise --budget 10m`
+/// Trials per second on two cores of an AMD EPYC of 2024: `host optimise --budget 10m`
 /// took ten minutes there.
 const TRIALS_PER_S: f64 = 50.0;
-/// Fewer are spent before the last stage begins.
+/// Fewer would be spent before the last stage begins.
 pub const LEAST_TRIALS: u64 = 100;
-/// More are a month.
+/// A month of two cores.
 const MOST_TRIALS: u64 = 100_000_000;
 
 /// Trials to simulate.
@@ -21,15 +22,15 @@ pub struct Budget {
     pub trials: u64,
 }
 
-/// A budget that is none.
+/// An invalid budget.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{text:?} is no budget: write minutes as 10m, seconds as 600s, or trials as {LEAST_TRIALS} to {MOST_TRIALS}; the least is {}s", LEAST_TRIALS as f64 / TRIALS_PER_S)]
+#[error("{text:?} is not a valid budget: write minutes as 10m, seconds as 600s, hours as 2h, or a number of trials from {LEAST_TRIALS} to {MOST_TRIALS}; the minimum is {}s", LEAST_TRIALS as f64 / TRIALS_PER_S)]
 pub struct BadBudget {
     text: String,
 }
 
 impl Budget {
-    /// As long as that takes on two cores, to be typed.
+    /// Seconds that give at least so many trials.
     pub fn seconds(trials: u64) -> u64 {
         (trials as f64 / TRIALS_PER_S).ceil() as u64
     }

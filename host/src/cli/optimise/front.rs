@@ -1,7 +1,8 @@
 //! The cheapest gaits of several speeds: cost of transport against speed.
 //!
-//! Owns the chain of searches, each from the best gait so far for its speed, and
-//! what becomes of the gaits that were found; `table` writes it down.
+//! Holds the chain of searches, each starting from the best gait so far for its
+//! speed, and which of the gaits that were found make the front; `table` writes
+//! it. Does not depend on flags.
 
 mod names;
 mod table;
@@ -10,7 +11,7 @@ pub use table::{print, save};
 
 use super::SPEED_RESERVE;
 use super::budget::LEAST_TRIALS;
-use super::hunt::{Hunt, SEARCH_TRIAL_S};
+use super::session::{SEARCH_TRIAL_S, SearchSession};
 use crate::search::optimise::front::{Winner, undominated, winners};
 use crate::search::optimise::report::{AtAmplitude, OverDraws};
 use crate::search::optimise::score::Aim;
@@ -41,7 +42,7 @@ pub struct Point {
 #[derive(Default)]
 pub struct Front {
     points: Vec<Point>,
-    /// Gaits that were best on the judges, and slower and dearer than another on the report's robots.
+    /// Gaits that were the best on the validation robots, and that another beats on the report's robots.
     dropped: usize,
     /// Speeds that no gait reaches.
     unreached_m_s: Vec<f64>,
@@ -73,15 +74,15 @@ pub fn least_budget() -> u64 {
 
 /// Searches on from `found`, which was searched for `least_m_s`, in both
 /// directions; all gaits join those of `found`.
-pub fn search(hunt: &Hunt<'_>, found: &mut Found, least_m_s: f64) {
-    let each = each(hunt.args.budget.trials);
+pub fn search(session: &SearchSession<'_>, found: &mut Found, least_m_s: f64) {
+    let each = each(session.args.budget.trials);
     for (number, share) in SLOWER.into_iter().chain(FASTER).enumerate() {
-        if hunt.stopped() {
+        if session.stopped() {
             break;
         }
         let asked_m_s = share * least_m_s;
         let what = format!("{asked_m_s:.2} m/s, {} of {STEPS}: ", number + 1);
-        hunt.next(found, aim(asked_m_s), number as u64, each, &what);
+        session.next(found, aim(asked_m_s), number as u64, each, &what);
     }
     // A gait that was found on the way to another speed may be the better one here.
     if let Some(best) = winners(&found.pool, &[least_m_s], aim, SEARCH_TRIAL_S).pop() {
@@ -89,12 +90,12 @@ pub fn search(hunt: &Hunt<'_>, found: &mut Found, least_m_s: f64) {
     }
 }
 
-/// What of it makes the front, played on the report's robots.
-pub fn of(hunt: &Hunt<'_>, found: &Found, least_m_s: f64) -> Front {
+/// The gaits that make the front, played on the report's robots.
+pub fn of(session: &SearchSession<'_>, found: &Found, least_m_s: f64) -> Front {
     let steps = ((CHOSEN.1 - CHOSEN.0) / CHOSEN_STEP).round() as u32;
     let chosen: Vec<f64> = (0..=steps).map(|k| (CHOSEN.0 + CHOSEN_STEP * f64::from(k)) * least_m_s).collect();
     let winners = winners(&found.pool, &chosen, aim, SEARCH_TRIAL_S);
-    let walks: Vec<OverDraws> = winners.iter().map(|winner| hunt.over_draws(&winner.motion)).collect();
+    let walks: Vec<OverDraws> = winners.iter().map(|winner| session.over_draws(&winner.motion)).collect();
     let places: Vec<(f64, f64)> =
         walks.iter().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();
     let kept = undominated(&places);
@@ -104,7 +105,7 @@ pub fn of(hunt: &Hunt<'_>, found: &Found, least_m_s: f64) -> Front {
         .map(|(Winner { asked_m_s, motion }, walks)| {
             let reached = asked_m_s.iter().rev().find(|asked| **asked <= walks.speed_m_s.median);
             let asked_m_s = reached.or(asked_m_s.first()).copied().unwrap_or(least_m_s);
-            let amplitudes = hunt.over_amplitudes(&motion);
+            let amplitudes = session.over_amplitudes(&motion);
             Point { asked_m_s, motion, walks, amplitudes }
         })
         .collect();

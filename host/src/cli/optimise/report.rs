@@ -1,16 +1,19 @@
-//! What a search came to, for people and for scripts.
+//! The result of a search, for people and for scripts.
+//!
+//! Holds the words and the fields of the JSON. Does not depend on how a gait is
+//! searched.
 
 use crate::cli::explain::path_text;
 use crate::gait::gait_file::{GaitFile, gait_sha256};
+use crate::paper;
 use crate::robot::Robot;
-use crate::search::optimise::report::{AtAmplitude, OverDraws, PowerBooks, Quantiles, floor, power_books};
+use crate::search::optimise::report::{
+    AtAmplitude, OverDraws, PowerBalance, Quantiles, floor, power_balance,
+};
+use crate::search::optimise::result::{FrontResult, OptimiseResult};
 use crate::search::optimise::space::{Motion, SPEED_MARGIN};
 use crate::search::optimise::tolerances::has_spread;
-use serde_json::{Value, json};
 use std::path::Path;
-
-/// The paper's fastest robot: beyond it nothing was measured.
-const MEASURED_M_S: f64 = 0.139;
 
 /// A gait and all that is known of it.
 pub struct Outcome<'a> {
@@ -24,39 +27,41 @@ pub struct Outcome<'a> {
     pub at_least_m_s: Option<f64>,
     pub seed: u64,
     pub wall_s: f64,
-    /// Told to stop: fewer robots, perhaps no amplitudes.
+    /// By Ctrl-C: there are fewer robots, and perhaps no amplitudes.
     pub interrupted: bool,
 }
 
 impl Outcome<'_> {
-    pub fn to_json(&self) -> Value {
+    /// What scripts read.
+    pub fn result(&self, front: Option<FrontResult>) -> OptimiseResult {
         let Self { robot, walks, motion, .. } = self;
-        json!({
-            "leg": robot.geometry.leg_scale,
-            "seed": self.seed,
-            "wall_s": self.wall_s,
-            "evaluations": self.trials,
-            "interrupted": self.interrupted,
-            "gait": path_text(self.path),
-            "gait_sha256": self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
-            "period_s": motion.period_s,
-            "min_speed_m_s": self.at_least_m_s,
-            "cost_of_transport_median": walks.cost_of_transport.median,
-            "cost_of_transport_p90": walks.cost_of_transport.p90,
-            "speed_m_s_median": walks.speed_m_s.median,
-            "speed_m_s_p10": walks.speed_m_s.p10,
-            "power_w_median": walks.power_w.median,
-            "yaw_deg_median": walks.yaw_deg.median,
-            "setpoint_speed_max_rad_s": motion.fastest_deg_s(1.0).to_radians(),
-            "servo_speed_rad_s": robot.servo.top_speed_rad_s(),
-            "slower_servos_share": self.slower_share(),
-            "twin_spread_used": has_spread(robot),
-            "over_draws": walks,
-            "amplitudes": self.amplitudes,
-            "safe_amplitudes": self.gait.provenance.safe_amplitudes,
-            "power": power_books(robot, motion),
-            "cost_of_transport_of_electronics": floor(robot, walks.speed_m_s.median),
-        })
+        OptimiseResult {
+            leg: robot.geometry.leg_scale,
+            seed: self.seed,
+            wall_s: self.wall_s,
+            evaluations: self.trials,
+            interrupted: self.interrupted,
+            gait: path_text(self.path),
+            gait_sha256: self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
+            period_s: motion.period_s,
+            min_speed_m_s: self.at_least_m_s,
+            cost_of_transport_median: walks.cost_of_transport.median,
+            cost_of_transport_p90: walks.cost_of_transport.p90,
+            speed_m_s_median: walks.speed_m_s.median,
+            speed_m_s_p10: walks.speed_m_s.p10,
+            power_w_median: walks.power_w.median,
+            yaw_deg_median: walks.yaw_deg.median,
+            setpoint_speed_max_rad_s: motion.fastest_deg_s(1.0).to_radians(),
+            servo_speed_rad_s: robot.servo.top_speed_rad_s(),
+            slower_servos_share: self.slower_share(),
+            twin_spread_used: has_spread(robot),
+            over_draws: self.walks.clone(),
+            amplitudes: self.amplitudes.to_vec(),
+            safe_amplitudes: self.gait.provenance.safe_amplitudes,
+            power: power_balance(robot, motion),
+            cost_of_transport_of_electronics: floor(robot, walks.speed_m_s.median),
+            front,
+        }
     }
 
     /// Share of the drawn robots whose servos are slower than the gait's fastest setpoint.
@@ -64,13 +69,13 @@ impl Outcome<'_> {
         self.walks.slower_servos as f64 / self.walks.draws.max(1) as f64
     }
 
-    /// What was asked for and is not so.
+    /// Warns if the gait is slower than what was asked for.
     pub fn warn(&self) {
         let median_m_s = self.walks.speed_m_s.median;
         if let Some(asked_m_s) = self.at_least_m_s.filter(|asked_m_s| median_m_s < *asked_m_s) {
             eprintln!(
                 "warning: it walks at {median_m_s:.3} m/s, slower than the {asked_m_s} m/s that were asked \
-                 for; search longer (--budget) or ask for less (--min-speed)"
+                 for; search longer (--budget) or lower --min-speed"
             );
         }
     }
@@ -91,7 +96,10 @@ impl Outcome<'_> {
         row("power W", &walks.power_w, 2);
         row("turned deg in 12 s", &walks.yaw_deg, 1);
         row("leaned deg at most", &walks.tilt_deg, 1);
-        println!("{} fell, {} touched the ground with more than their feet", walks.fell, walks.dragged);
+        println!(
+            "robots that fell: {}; whose torso, thighs or shins touched the ground: {}",
+            walks.fell, walks.dragged
+        );
 
         let (fastest, servo) = (motion.fastest_deg_s(1.0).to_radians(), robot.servo.top_speed_rad_s());
         println!(
@@ -99,22 +107,24 @@ impl Outcome<'_> {
             100.0 * SPEED_MARGIN
         );
         println!(
-            "{} of these {} robots have servos slower than that, by make or supply: theirs lag",
+            "robots whose servos are slower than that, by make or supply, and lag: {} of {}",
             walks.slower_servos, walks.draws
         );
         println!(
-            "servos are at the end of their torque for {:.1} % of the time",
+            "servos are at their torque limit for {:.1} % of the time",
             100.0 * walks.strained_share.median
         );
 
         if self.amplitudes.is_empty() {
-            println!("\nInterrupted: it was not looked at over amplitudes, and declares none as safe.");
+            println!(
+                "\nInterrupted before it was tried at other amplitudes: the gait declares none as safe."
+            );
         } else {
             self.print_amplitudes();
         }
 
-        if let Some(books) = power_books(robot, motion) {
-            print_books(&books);
+        if let Some(power) = power_balance(robot, motion) {
+            print_power(&power);
         }
         println!(
             "The electronics alone cost {:.3} at that speed: no gait is cheaper.",
@@ -140,42 +150,63 @@ impl Outcome<'_> {
         }
         match self.gait.provenance.safe_amplitudes {
             Some([least, most]) => println!("the gait declares {least} to {most}"),
-            None => println!("the gait declares none: at its own stroke bounds are not kept, or robots fell"),
+            None => println!("the gait declares none: at 1.0 it leaves its bounds, or robots fell"),
         }
     }
 
     fn print_doubts(&self) {
         if !has_spread(self.robot) {
             println!(
-                "\nNo fit says how sure it is of this robot's numbers (no [twin.spread] in robot.toml): the robots \
-                 differ by tolerances alone."
+                "\nThe uncertainty of this robot's numbers is unknown (no [twin.spread] in robot.toml): the robots of \
+                 the report differ by tolerances alone."
             );
         }
         if self.robot.twin.is_some() {
             println!(
-                "\nThese are predictions: the twin was fitted to walks of up to {MEASURED_M_S} m/s, and this is {:.1} \
-                 times that.",
-                self.walks.speed_m_s.median / MEASURED_M_S
+                "\nThese are predictions: the simulation was fitted to walks of up to {} m/s, and this is \
+                 {:.1} times that.",
+                paper::TOP_SPEED_M_S,
+                self.walks.speed_m_s.median / paper::TOP_SPEED_M_S
             );
         } else {
-            println!("\nThese are predictions of a robot that no trial was ever held against.");
+            println!("\nThese are predictions of a robot that was never compared with a trial.");
         }
         println!(
-            "On a real robot look first at the feet: do they slip as they should, does it turn, are servos warm?"
+            "On a real robot check first: do the feet slip as expected, does it turn, do servos get warm?"
         );
     }
 }
 
-fn print_books(books: &PowerBooks) {
-    println!("\nWhere {:.2} W go, on the fitted robot:", books.total_w);
+fn print_power(power: &PowerBalance) {
+    println!("\nWhere {:.2} W go, on the fitted robot:", power.total_w);
     for (name, watts) in [
-        ("electronics", books.electronics_w),
-        ("slipping soles", books.slipping_w),
-        ("landing feet", books.landing_w),
-        ("braking, legs against each other", books.braking_w),
-        ("drives", books.drive_w),
-        ("unexplained", books.rest_w),
+        ("electronics", power.electronics_w),
+        ("slipping soles", power.slipping_w),
+        ("landing feet", power.landing_w),
+        ("braking, legs against each other", power.braking_w),
+        ("drives", power.drive_w),
+        ("unexplained", power.rest_w),
     ] {
-        println!("  {name:33} {watts:6.3} W  {:3.0} %", 100.0 * watts / books.total_w);
+        println!("  {name:33} {} W  {} %", fixed(watts, 6, 3), fixed(100.0 * watts / power.total_w, 3, 0));
+    }
+}
+
+/// A number with so many decimals, right-aligned; what rounds to zero has no sign.
+fn fixed(value: f64, width: usize, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    format!("{:>width$}", if is_zero { text.trim_start_matches('-') } else { &text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fixed;
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        assert_eq!(fixed(-0.4, 3, 0), "  0");
+        assert_eq!(fixed(-0.0004, 6, 3), " 0.000");
+        assert_eq!(fixed(-0.6, 3, 0), " -1");
+        assert_eq!(fixed(28.4, 3, 0), " 28");
     }
 }

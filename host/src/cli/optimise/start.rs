@@ -1,17 +1,18 @@
-//! Where a search begins, as it is typed.
+//! `--start`: where a search begins, as it is typed.
+//!
+//! Holds the names of starts, and the amplitude of a gait to begin at. Does not
+//! depend on the search.
 
 use crate::cli::explain::failure_with_help;
 use crate::cli::{Cause, Failure};
 use crate::gait::gait_file::{GaitFile, Source};
+use crate::gait::scale::OWN_STROKE;
 use crate::run_folder;
 use crate::search::optimise::search::Start;
 use crate::search::optimise::space::Motion;
 use std::path::Path;
 
-/// Where a learned gait is as wide as its policy walked: 45 degrees an action over 24.
-const POLICYS_STROKE: f64 = 1.875;
-
-/// Whether it names something that has an amplitude.
+/// Whether the start is a gait, and has an amplitude.
 pub fn is_a_gait(text: &str) -> bool {
     !["nothing", "sinusoid"].contains(&text)
 }
@@ -32,6 +33,6 @@ pub fn read(text: &str, amplitude: Option<f64>) -> Result<Start, Failure> {
             "--start takes nothing, sinusoid, a gait file, or a run folder that `host fit` was run on",
         )
     })?;
-    let own = if gait.provenance.source == Source::Searched { 1.0 } else { POLICYS_STROKE };
+    let own = if gait.provenance.source == Source::Searched { 1.0 } else { OWN_STROKE };
     Ok(Start::Gait(Box::new(Motion::of(&gait, amplitude.unwrap_or(own)))))
 }

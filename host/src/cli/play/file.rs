@@ -2,7 +2,7 @@
 
 use super::{Args, Programme, check_limits};
 use crate::cli::Failure;
-use crate::cli::recording::{Chosen, Unsaid};
+use crate::cli::recording::{Chosen, DefaultRows};
 use crate::device::stream::PoseDeg;
 use crate::gait::sampled_gait::interpolated;
 use protocol::FRAME_RATE_HZ;
@@ -12,7 +12,7 @@ pub fn programme(args: &Args) -> Result<Programme, Failure> {
     if args.degrees {
         recording.in_degrees();
     }
-    let chosen = recording.choose(Unsaid::All)?;
+    let chosen = recording.choose(DefaultRows::All)?;
     let rows = in_degrees(&chosen, args.amplitude.unwrap_or(1.0))?;
     let rate = f64::from(FRAME_RATE_HZ);
     let once = ((chosen.played_s() * rate).round() as usize).max(1);

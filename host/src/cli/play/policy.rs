@@ -1,8 +1,9 @@
-//! A policy in closed loop: it walks the simulated robot, and the real one is
-//! told the same.
+//! A policy in closed loop: it walks the simulated robot, and the real one gets the
+//! same setpoints.
 //!
-//! The two robots are not coupled: what the real one meets, the policy does not
-//! see. The simulation runs no farther ahead than the robot's buffer.
+//! The two robots are not coupled: the policy does not sense what the real one meets.
+//! The simulation runs no farther ahead than the robot's buffer. Does not depend on the
+//! link.
 
 use super::{Args, Programme};
 use crate::cli::Failure;
@@ -10,11 +11,12 @@ use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::{Cause, recording};
 use crate::device::stream::PoseDeg;
 use crate::env::Env as _;
+use crate::gait::scale::{OWN_STROKE, TABLE_DEG_PER_ACTION};
 use crate::gait::trajectory::Trajectory;
 use crate::learn::record::RecordError;
+use crate::learn::run_config::RunConfig;
 use crate::learn::td3::policy::Policy;
 use crate::learn::td3::random::{Purpose, episode_seed};
-use crate::learn::td3::run_config::RunConfig;
 use crate::robot::Robot;
 use crate::run_folder;
 use crate::sim::ant_env::{ACTION_DEG, ACTION_LEN, CONTROL_RATE_HZ, OBSERVATION_LEN};
@@ -24,10 +26,6 @@ use std::path::Path;
 
 /// As a trial on the robot.
 const DEFAULT_S: f64 = 12.0;
-/// Degrees per unit of action at amplitude 1.0.
-const UNIT_DEG: f64 = 24.0;
-/// 45 degrees of the simulation by 24 of the robot.
-const OWN_STROKE: f64 = ACTION_DEG / UNIT_DEG;
 
 pub fn programme(args: &Args, run: &Path) -> Result<Programme, Failure> {
     if let Some(flag) = args.recording.given() {
@@ -98,7 +96,7 @@ impl Iterator for Walk {
         let asked = self.env.setpoint_action();
         Some(std::array::from_fn(|joint| {
             let mean = self.means[joint];
-            ACTION_DEG * mean + self.amplitude * UNIT_DEG * (asked[joint] - mean)
+            ACTION_DEG * mean + self.amplitude * TABLE_DEG_PER_ACTION * (asked[joint] - mean)
         }))
     }
 }

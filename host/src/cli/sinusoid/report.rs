@@ -1,14 +1,17 @@
-//! What a search came to, for people and for scripts.
+//! The result of a search, for people and for scripts.
+//!
+//! Holds the words, the fields of the JSON, and the table of evaluations. Does
+//! not depend on how a gait is searched.
 
 use crate::cli::explain::path_text;
 use crate::gait::gait_file::{GaitFile, gait_sha256};
-use crate::learn::td3::preset::Preset;
+use crate::learn::preset::Preset;
 use crate::robot::Robot;
+use crate::search::sinusoid::result::SinusoidResult;
 use crate::search::sinusoid::search::{Evaluation, Found};
 use crate::search::sinusoid::task::seconds;
 use crate::search::sinusoid::wave::{Pairs, Sinusoid, Wave};
 use crate::sim::ant_env::ACTION_DEG;
-use serde_json::{Value, json};
 use std::path::Path;
 use thiserror::Error;
 
@@ -32,31 +35,30 @@ pub struct Outcome<'a> {
 }
 
 impl Outcome<'_> {
-    pub fn to_json(&self) -> Value {
+    /// What scripts read.
+    pub fn result(&self) -> SinusoidResult {
         let Self { found, .. } = self;
-        let numbers = found.gait.numbers();
-        let waves: serde_json::Map<String, Value> =
-            Sinusoid::NAMES.iter().zip(numbers).map(|(name, n)| ((*name).to_owned(), n.into())).collect();
-        json!({
-            "leg": self.robot.geometry.leg_scale,
-            "seed": self.seed,
-            "preset": self.preset,
-            "pairs": self.pairs,
-            "wall_s": self.wall_s,
-            "evaluations": found.evaluations.len(),
-            "rounds": found.rounds(),
-            "simulated_s": seconds(found.steps),
-            "reward_per_step": found.worth.reward_per_step,
-            "period_s": found.motion.period_s,
-            "speed_m_s": found.worth.speed_m_s,
-            "power_w": found.worth.power_w,
-            "cost_of_transport": found.worth.cost_of_transport,
-            "falls": found.worth.falls,
-            "amplitude": ACTION_DEG / self.gait.unit_deg,
-            "parameters": waves,
-            "gait": path_text(self.path),
-            "gait_sha256": self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
-        })
+        let names = Sinusoid::NAMES.iter().map(|name| (*name).to_owned());
+        SinusoidResult {
+            leg: self.robot.geometry.leg_scale,
+            seed: self.seed,
+            preset: self.preset,
+            pairs: self.pairs,
+            wall_s: self.wall_s,
+            evaluations: found.evaluations.len(),
+            rounds: found.rounds(),
+            simulated_s: seconds(found.steps),
+            reward_per_step: found.score.reward_per_step,
+            period_s: found.motion.period_s,
+            speed_m_s: found.score.speed_m_s,
+            power_w: found.score.power_w,
+            cost_of_transport: found.score.cost_of_transport,
+            falls: found.score.falls,
+            amplitude: ACTION_DEG / self.gait.unit_deg,
+            parameters: names.zip(found.gait.numbers()).collect(),
+            gait: path_text(self.path),
+            gait_sha256: self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
+        }
     }
 
     pub fn print(&self) {
@@ -70,15 +72,15 @@ impl Outcome<'_> {
             seconds(found.steps),
             self.wall_s
         );
-        let worth = &found.worth;
+        let score = &found.score;
         let from =
             if found.stopped { "the search's own starts" } else { "starts that the search has not seen" };
         println!("\nIn the task that `train` learns, from {from}:");
-        println!("reward a step      {:8.3}", worth.reward_per_step);
-        println!("speed              {:8.3} m/s", worth.speed_m_s);
-        println!("mean power         {:8.3} W", worth.power_w);
-        println!("cost of transport  {:8.3}", worth.cost_of_transport);
-        println!("falls              {:8}", worth.falls);
+        println!("reward per step    {:8.3}", score.reward_per_step);
+        println!("speed              {:8.3} m/s", score.speed_m_s);
+        println!("mean power         {:8.3} W", score.power_w);
+        println!("cost of transport  {:8.3}", score.cost_of_transport);
+        println!("falls              {:8}", score.falls);
 
         println!("\n           amplitude    phase   offset");
         let [a, b] = self.pairs.names();
@@ -94,18 +96,18 @@ impl Outcome<'_> {
     }
 }
 
-/// Every evaluation, in the order in which they were made.
+/// The table of all evaluations, in the order in which they were made.
 pub fn table(evaluations: &[Evaluation]) -> Result<Vec<u8>, Unwritable> {
     let failed = |error: csv::Error| Unwritable { source: Box::new(error) };
     let mut table = csv::Writer::from_writer(Vec::new());
     let figures = ["reward_per_step", "speed_m_s", "power_w", "falls"];
     let head = ["evaluation", "round", "stage"].into_iter().chain(Sinusoid::NAMES).chain(figures);
     table.write_record(head).map_err(failed)?;
-    for (number, Evaluation { round, stage, gait, worth, .. }) in evaluations.iter().enumerate() {
+    for (number, Evaluation { round, stage, gait, score, .. }) in evaluations.iter().enumerate() {
         let own = [number.to_string(), round.to_string(), stage.name().to_owned()];
         let numbers = gait.numbers().map(|number| number.to_string());
-        let figures = [worth.reward_per_step, worth.speed_m_s, worth.power_w].map(|n| n.to_string());
-        let falls = [worth.falls.to_string()];
+        let figures = [score.reward_per_step, score.speed_m_s, score.power_w].map(|n| n.to_string());
+        let falls = [score.falls.to_string()];
         table.write_record(own.iter().chain(&numbers).chain(&figures).chain(&falls)).map_err(failed)?;
     }
     table.into_inner().map_err(|error| Unwritable { source: Box::new(error) })

@@ -1,17 +1,18 @@
-//! What a run learns on: asked for by a flag, kept in the run's `config.toml`.
+//! The device of a run: from a flag, and in the run's `config.toml`.
 //!
-//! Owns the check before anything is written, and the change of a resumed run:
-//! its folder names the device that it last learned on.
+//! Holds the check before anything is written, and the change of device of a resumed
+//! run, whose `config.toml` names the device that it last learned on. Does not depend
+//! on libtorch.
 
 use super::TrainCliError;
+use crate::learn::run_config::RunConfig;
 use crate::learn::td3::device::Device;
 use crate::learn::td3::outcome::Event;
-use crate::learn::td3::run_config::RunConfig;
 use crate::run_folder;
 use indicatif::ProgressBar;
 use std::path::Path;
 
-/// Whether the device is there.
+/// Checks that the device is available.
 pub fn check(device: Device) -> Result<(), TrainCliError> {
     device.check().map_err(|source| {
         let help = source.next_move();
@@ -19,14 +20,14 @@ pub fn check(device: Device) -> Result<(), TrainCliError> {
     })
 }
 
-/// A run's configuration, on another device where one is asked for.
+/// A run's configuration, with the device of the flag if there is one.
 pub struct Configured {
     pub config: RunConfig,
-    /// What is still to be written into the run's folder.
+    /// A change that `config.toml` does not have yet.
     pub change: Change,
 }
 
-/// The device that the run's folder names, where it is another.
+/// The device in the run's `config.toml`, if it differs.
 pub struct Change(Option<Device>);
 
 impl Configured {
@@ -40,21 +41,18 @@ impl Configured {
 }
 
 impl Change {
-    /// What the run last learned on.
+    /// The device that the run last learned on.
     pub fn learned_on(&self, config: &RunConfig) -> Device {
         self.0.unwrap_or(config.device)
     }
 
-    /// Writes it once the run has gone on; a run that was done already keeps what it had.
+    /// Writes the change after the first round; a run that was already complete stays as it is.
     pub fn note(&mut self, event: &Event, config: &RunConfig, folder: &Path, bar: &ProgressBar) {
         if self.0.is_some() && matches!(event, Event::Round { .. }) {
             self.0 = None;
             if let Err(error) = config.save(&folder.join(run_folder::CONFIG)) {
                 let device = config.device;
-                super::say(
-                    bar,
-                    &format!("warning: {error}: resume with --device {device} the next time too"),
-                );
+                super::say(bar, &format!("warning: {error}: use --device {device} again when you resume"));
             }
         }
     }

@@ -1,35 +1,34 @@
-//! Why nothing was trained, or not to the end, and the user's next move.
+//! Errors of `train`, with help texts and exit codes.
 //!
-//! Owns the exit codes of `train`.
+//! Holds what the user reads. Does not depend on the learner beyond its error types.
 
-use super::seeds;
+use super::range::SeedsFileError;
 use crate::cli::{Cause, Failure};
+use crate::learn::run_config::ConfigError;
 use crate::learn::td3::device::{Device, DeviceError};
 use crate::learn::td3::outcome::TrainError;
-use crate::learn::td3::run_config::ConfigError;
+use crate::learn::td3::tensor_file::TensorFileError;
 use crate::run_folder::FileError;
 use miette::Diagnostic;
 use thiserror::Error;
 
-/// What a training can end with but a policy.
+/// Why training did not start, or did not complete.
 #[derive(Debug, Error, Diagnostic)]
 pub enum TrainCliError {
-    #[error("{folder} holds a run already")]
-    #[diagnostic(help("go on with it by `--resume {folder}`, or name another folder"))]
-    Taken { folder: String },
-    #[error("{value} is no leg scale: it must be between 0.3 and 2")]
-    Leg { value: f64 },
-    #[error("interrupted after {updates} updates; everything is saved")]
-    #[diagnostic(help("go on with: cargo run -p host -- train --resume {folder}"))]
+    #[error("{folder} already holds a run")]
+    #[diagnostic(help("continue it with `--resume {folder}`, or name another folder"))]
+    FolderInUse { folder: String },
+    #[error("interrupted after {updates} updates; the run is saved")]
+    #[diagnostic(help("continue with: cargo run -p host -- train --resume {folder}"))]
     Interrupted { updates: u64, folder: String },
     #[error("cannot use this configuration")]
     Config(#[from] ConfigError),
     #[error("cannot use this robot")]
     Robot(#[from] crate::robot::RobotError),
-    #[error("env.randomisation.twin_spread is {value}, but robot {robot} has no fitted spread to draw from")]
+    #[error("env.randomisation.twin_spread is {value}, but robot {robot} has no fitted spread")]
     #[diagnostic(help(
         "fit it to measured trials first (host twin fit), or set twin_spread = 0 in a --config: the other \
-         differences need no fit"
+         ranges need no fit"
     ))]
     NoSpread { value: f64, robot: String },
     #[error("cannot train on device {device}")]
@@ -42,7 +41,7 @@ pub enum TrainCliError {
     #[error("cannot prepare the run's folder")]
     Folder(#[from] FileError),
     #[error(transparent)]
-    Seeds(#[from] seeds::SeedsError),
+    Seeds(#[from] SeedsError),
     #[error("training stopped")]
     #[diagnostic(help(
         "the best policy so far, if there is one, is in {folder}; if learning diverged, try another --seed or smaller learning rates in a --config"
@@ -55,7 +54,7 @@ pub enum TrainCliError {
 impl From<TrainCliError> for Failure {
     fn from(error: TrainCliError) -> Self {
         let cause = match &error {
-            TrainCliError::Taken { .. } | TrainCliError::Leg { .. } => Cause::Usage,
+            TrainCliError::FolderInUse { .. } => Cause::Usage,
             TrainCliError::Config(_) | TrainCliError::Robot(_) | TrainCliError::NoSpread { .. } => {
                 Cause::Input
             }
@@ -70,5 +69,29 @@ impl From<TrainCliError> for Failure {
             | TrainCliError::Signals(_) => Cause::Machine,
         };
         Self::new(cause, error)
+    }
+}
+
+/// Errors that only several seeds can have.
+#[derive(Debug, Error)]
+pub enum SeedsError {
+    #[error(transparent)]
+    Range(#[from] SeedsFileError),
+    #[error("cannot compare the policies")]
+    Policy(#[from] TensorFileError),
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("the thread that trained a seed panicked; its message is above")]
+    Panicked,
+}
+
+impl SeedsError {
+    /// The exit code.
+    pub fn cause(&self) -> Cause {
+        match self {
+            Self::Range(_) => Cause::Input,
+            Self::File(error) => crate::cli::explain::file_cause(error),
+            Self::Policy(_) | Self::Panicked => Cause::Machine,
+        }
     }
 }

@@ -1,25 +1,25 @@
-//! Which seeds: `A..B` on the command line, `seeds.json` in a folder.
+//! A range of seeds: `A..B` on the command line, `seeds.json` in a folder.
 //!
-//! Owns the range and its limits; refuses to know what is done with it.
+//! Holds the range and its limits. Does not depend on training.
 
 use crate::run_folder::FileError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Which seeds a folder holds.
+/// The file that says which seeds a folder holds.
 pub const SEEDS: &str = "seeds.json";
-/// More side by side is a typing error.
-const MOST: u64 = 1_000;
+/// Maximum number of seeds; more is a typing error.
+const MAX_SEEDS: u64 = 1_000;
 
-/// Why a folder's seeds are not known.
+/// Why `seeds.json` cannot be used.
 #[derive(Debug, Error)]
 pub enum SeedsFileError {
     #[error(transparent)]
     File(#[from] FileError),
-    #[error("{path} does not say which seeds the folder holds")]
+    #[error("{path} is not a valid range of seeds")]
     Damaged { path: PathBuf, source: serde_json::Error },
-    #[error("{path} does not say which seeds the folder holds")]
+    #[error("{path} is not a valid range of seeds")]
     Range { path: PathBuf, source: BadRange },
 }
 
@@ -27,20 +27,20 @@ pub enum SeedsFileError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeedRange {
-    /// The first of them.
+    /// The first seed.
     pub first: u64,
     /// The one after the last.
     pub end: u64,
 }
 
-/// Why a word is no range of seeds.
+/// Why a range of seeds is invalid.
 #[derive(Debug, PartialEq, Error)]
 pub enum BadRange {
-    #[error("a range of seeds is written A..B, as 0..10 for 0 to 9")]
+    #[error("write a range of seeds as A..B: 0..10 are 0 to 9")]
     Form,
-    #[error("there must be 1 to {MOST} seeds, not {count}")]
+    #[error("there must be 1 to {MAX_SEEDS} seeds, got {count}")]
     Count { count: u64 },
-    #[error("seed {seed} is more than a file can hold, {}", i64::MAX)]
+    #[error("seed {seed} is above the maximum, {}", i64::MAX)]
     Large { seed: u64 },
 }
 
@@ -69,18 +69,18 @@ impl SeedRange {
 
     fn checked(self) -> Result<Self, BadRange> {
         match self.end.saturating_sub(self.first) {
-            1..=MOST if self.end > i64::MAX as u64 => Err(BadRange::Large { seed: self.end }),
-            1..=MOST => Ok(self),
+            1..=MAX_SEEDS if self.end > i64::MAX as u64 => Err(BadRange::Large { seed: self.end }),
+            1..=MAX_SEEDS => Ok(self),
             count => Err(BadRange::Count { count }),
         }
     }
 
-    /// How many there are, at least one.
+    /// Number of seeds, at least 1.
     pub fn count(self) -> usize {
         (self.end - self.first) as usize
     }
 
-    /// What the folder is called.
+    /// The label in the folder's name.
     pub fn label(self) -> String {
         format!("seeds{}-{}", self.first, self.end - 1)
     }

@@ -1,27 +1,27 @@
-//! Several seeds side by side, and the best of their policies.
+//! Several seeds in parallel, and the best of their policies.
 //!
-//! Owns the folder that holds a run for each seed: `seed-0`, `seed-1` and so
-//! on, `seeds.json` that says which they are, `seeds.csv` with what they came
-//! to, and the files of the best, so that the folder is itself a run to record
-//! from. Each seed's run is what it would be alone, bit for bit.
+//! Holds the folder with a run for each seed: `seed-0`, `seed-1` and so on, `seeds.json`
+//! with the range, `seeds.csv` with the results, and the files of the best, so that
+//! `record` can use the folder as a run. Does not depend on how a policy learns. Each
+//! seed's run is the same, bit for bit, as if it were trained alone.
 
 use super::device::Configured;
-use super::range::{SEEDS, SeedRange, SeedsFileError};
+use super::error::SeedsError;
+use super::range::{SEEDS, SeedRange};
 use super::show::{progress_bar, say, show};
 use super::{TrainCliError, write_inputs};
-use crate::cli::Cause;
 use crate::cli::explain::path_text;
 use crate::env::Env;
-use crate::learn::td3::POLICY_DESCRIPTION;
+use crate::learn::run_config::RunConfig;
 use crate::learn::td3::checkpoint;
 use crate::learn::td3::device::Device;
 use crate::learn::td3::evaluate::{Evaluation, evaluate};
 use crate::learn::td3::outcome::{Ending, Outcome, TrainError};
 use crate::learn::td3::policy::Policy;
+use crate::learn::td3::policy_description::POLICY_DESCRIPTION;
 use crate::learn::td3::random::Purpose;
-use crate::learn::td3::run_config::RunConfig;
-use crate::learn::td3::tensor_file::TensorFileError;
 use crate::learn::td3::trainer::Run;
+use crate::learn::train_result::{SeedEnding, SeedResult, SeedsResult};
 use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use crate::sim::AntEnv;
@@ -29,40 +29,16 @@ use indicatif::MultiProgress;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use thiserror::Error;
 
-/// What each came to.
+/// The file with the result of each seed.
 const RESULTS: &str = "seeds.csv";
-/// Episodes that choose among the seeds, the paper's "test number".
+/// Episodes that compare the seeds, the paper's "test number".
 const COMPARED_EPISODES: usize = 50;
-/// The files of the best seed that the folder takes over.
+/// The files of the best seed that are copied to the folder above.
 const OF_THE_BEST: [&str; 4] =
     [run_folder::CONFIG, run_folder::POLICY, POLICY_DESCRIPTION, run_folder::LEARNING_CURVE];
-/// What only several seeds can meet.
-#[derive(Debug, Error)]
-pub enum SeedsError {
-    #[error(transparent)]
-    Range(#[from] SeedsFileError),
-    #[error("cannot compare the policies")]
-    Policy(#[from] TensorFileError),
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error("the thread that trained a seed panicked; its message stands above")]
-    Panicked,
-}
 
-impl SeedsError {
-    /// What a script is told.
-    pub fn cause(&self) -> Cause {
-        match self {
-            Self::Range(_) => Cause::Input,
-            Self::File(error) => crate::cli::explain::file_cause(error),
-            Self::Policy(_) | Self::Panicked => Cause::Machine,
-        }
-    }
-}
-
-/// Makes every seed's folder, then says which they are.
+/// Writes every seed's folder, then `seeds.json`.
 pub fn prepare(
     seeds: SeedRange,
     folder: &Path,
@@ -74,14 +50,14 @@ pub fn prepare(
         std::fs::create_dir_all(&run).map_err(FileError::on("create", &run))?;
         write_inputs(&run, &RunConfig { seed, ..config.clone() }, robot)?;
     }
-    // One robot for all of them: it need not be taken over from the best.
+    // All seeds have the same robot.
     robot.save(&folder.join(run_folder::ROBOT))?;
-    let text = serde_json::json!({ "first": seeds.first, "end": seeds.end });
+    let text = serde_json::json!(seeds);
     Ok(run_folder::write(&folder.join(SEEDS), format!("{text}\n").as_bytes())?)
 }
 
-/// A run that stands where one of these seeds would be trained.
-pub fn taken(seeds: SeedRange, folder: &Path) -> Option<PathBuf> {
+/// An existing run where one of these seeds would be trained.
+pub fn existing_run(seeds: SeedRange, folder: &Path) -> Option<PathBuf> {
     (seeds.first..seeds.end)
         .map(|seed| run_of(folder, seed))
         .find(|run| run.join(run_folder::CONFIG).exists() || checkpoint::exists(run))
@@ -94,13 +70,13 @@ fn run_of(folder: &Path, seed: u64) -> PathBuf {
 /// A seed that has a policy.
 struct Candidate {
     seed: u64,
-    /// Nothing where learning diverged or the simulation blew up.
+    /// `None` if learning or the simulation diverged.
     outcome: Option<Outcome>,
-    /// On episodes that are the same for all, and that no run has seen.
+    /// On the same episodes for all seeds, which no run has seen.
     evaluation: Evaluation,
 }
 
-/// Trains what is not trained yet, then chooses.
+/// Trains the seeds that are not complete, then compares all.
 pub fn train(
     folder: &Path,
     seeds: SeedRange,
@@ -118,7 +94,7 @@ pub fn train(
         seeds.end - 1,
         folder.display()
     );
-    eprintln!("Ctrl-C saves and stops.");
+    eprintln!("Press Ctrl-C to save and stop.");
     let next = AtomicU64::new(seeds.first);
     let results = Mutex::new(Vec::new());
     let whole = std::thread::scope(|scope| {
@@ -129,14 +105,14 @@ pub fn train(
                     return;
                 }
                 let result = train_seed(folder, seed, device, stop, &bars);
-                // Poisoned only by a panic in `push`.
+                // Poisoned only if `push` panicked.
                 if let Ok(mut results) = results.lock() {
                     results.push((seed, result));
                 }
             }
         };
         let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        // Joined by hand: a scope would pass a panic on to us.
+        // Joined explicitly: the scope would panic if a thread did.
         threads.into_iter().map(std::thread::ScopedJoinHandle::join).all(|joined| joined.is_ok())
     });
     let _ = bars.clear();
@@ -156,7 +132,7 @@ pub fn train(
                 stopped |= outcome.ending == Ending::Stopped;
                 Some(outcome)
             }
-            // The others are none the worse for it, and its best policy so far is there.
+            // The others are not affected, and the best policy so far is kept.
             Err(TrainCliError::Train {
                 folder,
                 source: source @ (TrainError::Diverged { .. } | TrainError::Collect(_)),
@@ -209,7 +185,7 @@ fn train_seed(
     outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })
 }
 
-/// What candidates are compared by; one that is no number is the worst.
+/// What candidates are compared by; NaN is the worst.
 fn reward(candidate: &Candidate) -> f64 {
     let reward = candidate.evaluation.reward;
     if reward.is_nan() { f64::NEG_INFINITY } else { reward }
@@ -230,23 +206,22 @@ fn compare(folder: &Path, ended: Vec<(u64, Option<Outcome>)>) -> Result<Vec<Cand
     Ok(candidates)
 }
 
-/// Takes over the best seed's files, and says what every seed came to.
+/// Copies the best seed's files, and prints the result of every seed.
 fn report(folder: &Path, candidates: &[Candidate], json: bool) -> Result<(), TrainCliError> {
-    // The first of several that are alike; every range has a seed.
+    // The first of equals; every range has a seed.
     let Some(best) = candidates.iter().rev().max_by(|a, b| reward(a).total_cmp(&reward(b))) else {
         return Ok(());
     };
     let mut csv = String::from("seed,reward,speed_m_s,episode_steps,updates,wall_s,ending\n");
-    let mut lines = Vec::new();
+    let mut results = Vec::new();
     for Candidate { seed, outcome, evaluation } in candidates {
         let (updates, wall_s) = outcome.as_ref().map_or((0, 0.0), |o| (o.updates, o.wall_s));
-        let ending = if outcome.is_some() { "done" } else { "diverged" };
-        let Evaluation { reward, speed_m_s, steps } = evaluation;
-        csv += &format!("{seed},{reward:.4},{speed_m_s:.5},{steps:.1},{updates},{wall_s:.2},{ending}\n");
-        lines.push(serde_json::json!({
-            "seed": seed, "reward": reward, "speed_m_s": speed_m_s, "updates": updates, "wall_s": wall_s,
-            "ending": ending,
-        }));
+        let ending = if outcome.is_some() { SeedEnding::Done } else { SeedEnding::Diverged };
+        let &Evaluation { reward, speed_m_s, steps } = evaluation;
+        let name = serde_json::json!(ending);
+        let name = name.as_str().unwrap_or_default();
+        csv += &format!("{seed},{reward:.4},{speed_m_s:.5},{steps:.1},{updates},{wall_s:.2},{name}\n");
+        results.push(SeedResult { seed: *seed, reward, speed_m_s, updates, wall_s, ending });
     }
     run_folder::write(&folder.join(RESULTS), csv.as_bytes())?;
     for name in OF_THE_BEST {
@@ -255,18 +230,18 @@ fn report(folder: &Path, candidates: &[Candidate], json: bool) -> Result<(), Tra
         run_folder::write(&folder.join(name), &contents)?;
     }
     if let Err(error) = run_folder::make_latest(folder) {
-        eprintln!("warning: {error}: name the run with --run in the next steps");
+        eprintln!("warning: {error}: use --run with the next commands");
     }
     if json {
-        let line = serde_json::json!({
-            "run": path_text(folder),
-            "policy": path_text(&folder.join(run_folder::POLICY)),
-            "seed": best.seed,
-            "reward_trained": best.evaluation.reward,
-            "speed_m_s": best.evaluation.speed_m_s,
-            "seeds": lines,
-        });
-        println!("{line}");
+        let result = SeedsResult {
+            run: path_text(folder),
+            policy: path_text(&folder.join(run_folder::POLICY)),
+            seed: best.seed,
+            reward_trained: best.evaluation.reward,
+            speed_m_s: best.evaluation.speed_m_s,
+            seeds: results,
+        };
+        println!("{}", serde_json::json!(result));
         return Ok(());
     }
     println!("On episodes that no run has seen:");
@@ -276,7 +251,7 @@ fn report(folder: &Path, candidates: &[Candidate], json: bool) -> Result<(), Tra
             Some(_) if *seed == best.seed => "  best",
             Some(_) => "",
         };
-        // Plus zero: a robot that stands still does not do so at -0.000 m/s.
+        // Plus zero turns -0.000 into 0.000.
         let speed_m_s = (evaluation.speed_m_s * 1000.0).round() / 1000.0 + 0.0;
         println!("seed {seed:<3} reward {:>8.1}  {speed_m_s:>7.3} m/s{note}", evaluation.reward);
     }

@@ -1,6 +1,6 @@
-//! What a training run looks like on a terminal, and where there is none.
+//! The progress of a training run, on a terminal or in a log.
 //!
-//! Owns the bar and the lines above it; refuses to know how many runs there are.
+//! Holds the bar and the lines above it. Does not depend on how many runs there are.
 
 use crate::learn::td3::outcome::Event;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -9,9 +9,9 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 pub fn progress_bar(name: &str, total_updates: u64) -> ProgressBar {
     let style = "{prefix}{bar:20} {pos}/{len} updates, {rate}, done in {eta}  {wide_msg}";
     let bar = ProgressBar::new(total_updates);
-    // The template is a constant: if it were wrong, indicatif's own would do.
+    // The template is a constant; if it were invalid, indicatif's default would be used.
     let style = ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar());
-    // indicatif's own rate has four decimals.
+    // indicatif's rate has four decimals.
     let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         let _ = write!(out, "{:.0}/s", state.per_sec());
     };
@@ -20,7 +20,7 @@ pub fn progress_bar(name: &str, total_updates: u64) -> ProgressBar {
     bar
 }
 
-/// A line above the bar, or alone where standard error is no terminal.
+/// Prints a line above the bar, or alone if standard error is not a terminal.
 pub fn say(bar: &ProgressBar, line: &str) {
     if bar.is_hidden() {
         eprintln!("{line}");
@@ -29,7 +29,7 @@ pub fn say(bar: &ProgressBar, line: &str) {
     }
 }
 
-/// Moves the bar, and says what there is to say.
+/// Moves the bar, and prints a line for an evaluation.
 pub fn show(bar: &ProgressBar, event: &Event) {
     match event {
         Event::Resumed { updates } => {
@@ -38,7 +38,7 @@ pub fn show(bar: &ProgressBar, event: &Event) {
         }
         Event::Round { updates, .. } => bar.set_position(*updates),
         Event::Evaluated { point, best } => {
-            // Plus zero: a robot that stands still does not do so at -0.00 m/s.
+            // Plus zero turns -0.00 into 0.00.
             let speed_m_s = (point.speed_m_s * 100.0).round() / 100.0 + 0.0;
             bar.set_message(format!("reward {:.1}, {speed_m_s:.2} m/s", point.reward));
             let line = format!(
@@ -48,7 +48,7 @@ pub fn show(bar: &ProgressBar, event: &Event) {
                 point.env_steps,
                 point.wall_s,
                 point.reward,
-                if *best { "  best yet" } else { "" }
+                if *best { "  best so far" } else { "" }
             );
             say(bar, &line);
         }

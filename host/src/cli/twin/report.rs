@@ -2,7 +2,7 @@
 
 use crate::cli::explain::path_text;
 use crate::robot::Robot;
-use crate::twin::{Both, Parameter, Report};
+use crate::twin::{Both, FitReport, Parameter, Report};
 use std::path::Path;
 
 fn percent(share: f64) -> String {
@@ -13,10 +13,15 @@ fn both(both: &Both, digits: usize) -> String {
     format!("{:>7.digits$} {:>7.digits$}", both.measured, both.predicted)
 }
 
+/// Finite numbers under string keys: serialising cannot fail.
+fn json_of(result: &impl serde::Serialize) -> serde_json::Value {
+    serde_json::json!(result)
+}
+
 /// A validation, for people or for scripts.
 pub fn print(report: &Report, json: bool) {
     if json {
-        println!("{}", serde_json::json!(report));
+        println!("{}", json_of(report));
         return;
     }
     println!("                              speed m/s           power W      cost of transport");
@@ -72,7 +77,7 @@ pub fn print(report: &Report, json: bool) {
     }
     if let Some(own) = &report.repeatability {
         println!(
-            "trials repeat themselves to: speed {}, power {}, cost of transport {}",
+            "trials of one gait differ by: speed {}, power {}, cost of transport {}",
             percent(own.speed),
             percent(own.power),
             percent(own.cost_of_transport)
@@ -89,36 +94,21 @@ pub fn print(report: &Report, json: bool) {
 
 /// A fit: what was found, then how near it is.
 pub fn print_fit(robot: &Robot, parameters: &[Parameter], path: &Path, report: &Report, json: bool) {
-    let Some(record) = &robot.twin else { return };
+    let Some(found) = FitReport::of(robot, path_text(path), parameters, report.clone()) else { return };
     if json {
-        let found: serde_json::Map<_, _> = parameters
-            .iter()
-            .map(|parameter| {
-                let spread = record.spread.get(parameter.name);
-                let value = parameter.value_of(robot);
-                (parameter.name.to_owned(), serde_json::json!({ "value": value, "spread": spread }))
-            })
-            .collect();
-        println!(
-            "{}",
-            serde_json::json!({
-                "robot": path_text(path),
-                "score": record.score,
-                "seed": record.seed,
-                "evaluations": record.evaluations,
-                "parameters": found,
-                "validation": report,
-            })
-        );
+        println!("{}", json_of(&found));
         return;
     }
-    println!("Score {} after {} sets; wrote {}.", percent(record.score), record.evaluations, path.display());
+    println!("Score {} after {} sets; wrote {}.", percent(found.score), found.evaluations, path.display());
     for parameter in parameters {
-        let spread = record.spread.get(parameter.name).copied().unwrap_or(0.0);
+        let spread = found.parameters.get(parameter.name).and_then(|fitted| fitted.spread).unwrap_or(0.0);
         println!("  {:<36} {:>8.4} ± {spread:.4}", parameter.name, parameter.value_of(robot));
     }
     let power = &robot.power;
-    println!("  power: {:.3} W + work / {:.3} + what holding takes", power.electronics_w, power.efficiency);
+    println!(
+        "  power: {:.3} W + work / {:.3} + heat of holding torque",
+        power.electronics_w, power.efficiency
+    );
     println!("");
     print(report, false);
 }

@@ -1,19 +1,19 @@
-//! The dry run of an upload: everything is looked at, nothing is sent.
+//! The dry run of an upload: everything is checked, nothing is sent.
 //!
-//! Owns the table of what each joint will be asked for, and the verdict about
-//! the servos' speed and pulses.
+//! Holds the table of what each joint will be asked for, and the check of the servos'
+//! speed and pulses. Does not depend on the transfer.
 
-use super::material::Material;
-use crate::calibration::count_us;
 use crate::cli::explain::failure_with_help;
+use crate::cli::material::Material;
 use crate::cli::reach::{Port, unreachable_robot};
 use crate::cli::{Cause, Failure};
 use crate::device::link::LinkError;
 use crate::device::link::ports::{self, SerialLink};
+use crate::device::upload::upload_result::{DryRunResult, GaitResult, JointDemandResult};
 use crate::gait::gait_player::{BeyondPulses, Demand};
+use crate::pwm::count_us;
 use protocol::command::Record;
 use protocol::{Amplitude, Calibration, JOINT_COUNT, Joint, Speed};
-use serde_json::{Value, json};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -43,7 +43,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Looks at the gait; `calibration` comes with the words for whose it is.
+    /// Checks the gait; `calibration` comes with words that say whose it is.
     pub fn of(material: &Material, amplitude: Amplitude, (calibration, of): (Calibration, String)) -> Self {
         let servo_deg_s = material.robot.servo.top_speed_rad_s().to_degrees();
         let playable = &material.playable;
@@ -80,25 +80,25 @@ impl Check {
         let too_fast = fastest.map(|(joint, demand)| {
             let others = match beyond_speed.len() - 1 {
                 0 => String::new(),
-                1 => ", and so does another joint in some of it".to_owned(),
-                others => format!(", and so do {others} other joints in some of it"),
+                1 => "; another joint lags too".to_owned(),
+                others => format!("; {others} other joints lag too"),
             };
             format!(
-                "{} is to turn at up to {:.0} degrees/s; its servo does {:.0}: it lags in {:.1} % of the stride{others}",
+                "{} must turn at up to {:.0} degrees/s; its servo does {:.0}: it lags in {} of the stride{others}",
                 joint.name(),
                 demand.fastest_deg_s,
                 self.servo_deg_s,
-                100.0 * demand.too_fast_share
+                percent(demand.too_fast_share)
             )
         });
         let beyond = self.beyond.iter().map(|beyond| format!("{}; it is held there", self.pulse(beyond)));
         self.doubts.iter().cloned().chain(too_fast).chain(beyond).collect()
     }
 
-    /// Refuses pulses beyond the calibration.
+    /// An error if a pulse is beyond the calibration.
     pub fn verdict(&self) -> Result<(), Failure> {
         let Some(beyond) = self.beyond.first() else { return Ok(()) };
-        let help = "take a smaller amplitude, or let the servo go farther: host calibrate; \
+        let help = "take a smaller amplitude, or widen the servo's limits: host calibrate; \
                     or --clip holds it there";
         Err(failure_with_help(Cause::Input, self.pulse(beyond), help))
     }
@@ -119,25 +119,23 @@ impl Check {
         println!("a servo does {:.0} degrees/s; pulses by {}", self.servo_deg_s, self.of);
     }
 
-    /// The table for scripts.
-    pub fn to_json(&self) -> Value {
+    /// The same for scripts.
+    pub fn result(self, gait: GaitResult, amplitude: f64, warnings: Vec<String>) -> DryRunResult {
         let joint = |(joint, demand): (Joint, &Demand)| {
-            let (low, high) = self.pulses(joint, demand);
-            json!({
-                "name": joint.name(),
-                "lowest_deg": demand.lowest_deg,
-                "highest_deg": demand.highest_deg,
-                "fastest_deg_s": demand.fastest_deg_s,
-                "too_fast_share": demand.too_fast_share,
-                "shortest_us": low,
-                "longest_us": high,
-            })
+            let (shortest_us, longest_us) = self.pulses(joint, demand);
+            JointDemandResult {
+                name: joint.name().to_owned(),
+                lowest_deg: demand.lowest_deg,
+                highest_deg: demand.highest_deg,
+                fastest_deg_s: demand.fastest_deg_s,
+                too_fast_share: demand.too_fast_share,
+                shortest_us,
+                longest_us,
+            }
         };
-        json!({
-            "servo_deg_s": self.servo_deg_s,
-            "calibration": self.of,
-            "joints": Joint::ALL.into_iter().zip(&self.demands).map(joint).collect::<Vec<_>>(),
-        })
+        let joints = Joint::ALL.into_iter().zip(&self.demands).map(joint).collect();
+        let (servo_deg_s, calibration) = (self.servo_deg_s, self.of);
+        DryRunResult { gait, dry_run: true, amplitude, warnings, servo_deg_s, calibration, joints }
     }
 
     /// Shortest and longest pulse, as the robot will send them.
@@ -147,6 +145,11 @@ impl Check {
         let (a, b) = (us(demand.lowest_deg), us(demand.highest_deg));
         (a.min(b), a.max(b))
     }
+}
+
+/// A share as a percentage, never as 0.0 % of something that happens.
+fn percent(share: f64) -> String {
+    if share < 0.0005 { "less than 0.1 %".to_owned() } else { format!("{:.1} %", 100.0 * share) }
 }
 
 /// The calibration that a robot has in use.
@@ -164,7 +167,7 @@ pub fn calibration(port: &Port) -> Result<(Calibration, String), Failure> {
             Ok((calibration.unwrap_or_else(Calibration::authors), of))
         }
         Err(LinkError::NoPort { .. }) => {
-            Ok((Calibration::authors(), "the default calibration: no robot is here".to_owned()))
+            Ok((Calibration::authors(), "the default calibration: no robot is connected".to_owned()))
         }
         Err(error) => Err(unreachable_robot(error)),
     }

@@ -1,11 +1,12 @@
-//! Looks on during an attached walk, and takes changes that are typed.
+//! Follows an attached walk, and takes changes that are typed.
 //!
-//! Owns the progress bar and the words for the changes. A thread reads the
-//! lines, because the walk cannot wait for anybody; it ends with the program.
+//! Holds the progress bar and the words for the changes. A thread reads the lines,
+//! because the walk cannot wait for input; it ends with the program. Does not depend on
+//! the link.
 
-use crate::cli::set;
+use crate::cli::ranges;
 use crate::device::link::words;
-use crate::device::trial::Watcher;
+use crate::device::session::Watcher;
 use crate::gait::gait_file::limits::as_typed;
 use crate::gait::gait_player::Playable;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -18,7 +19,7 @@ use std::sync::mpsc::{self, Receiver};
 pub struct Lines(Option<Receiver<String>>);
 
 impl Lines {
-    /// Reads a terminal, or whatever it is if `even_if_not_typed`.
+    /// Reads a terminal, or any other input if `even_if_not_typed`.
     pub fn open(even_if_not_typed: bool) -> Self {
         if !even_if_not_typed && !std::io::stdin().is_terminal() {
             return Self(None);
@@ -41,22 +42,22 @@ impl Lines {
 }
 
 /// What a line asks for.
-fn wish(line: &str) -> Result<Command, String> {
+fn change(line: &str) -> Result<Command, String> {
     let mut words = line.split_whitespace();
     let number = |text: Option<&str>| {
         let text = text.ok_or("a number is missing: amp 1.8, speed 0.5")?;
-        text.replace(',', ".").parse::<f64>().map_err(|_| format!("{text:?} is no number"))
+        text.replace(',', ".").parse::<f64>().map_err(|_| format!("{text:?} is not a number"))
     };
     match words.next() {
         Some("stop" | "q" | "quit") => Ok(Command::Stop),
         Some("pause") => Ok(Command::SetSpeed(Speed::PAUSED)),
         Some("resume") => Ok(Command::SetSpeed(Speed::ONE)),
         Some("amp") => {
-            let amplitude = set::amplitude(number(words.next())?).map_err(|e| e.to_string())?;
+            let amplitude = ranges::amplitude(number(words.next())?).map_err(|e| e.to_string())?;
             Ok(Command::SetAmplitude(amplitude))
         }
         Some("speed") => {
-            let speed = set::speed(number(words.next())?).map_err(|e| e.to_string())?;
+            let speed = ranges::speed(number(words.next())?).map_err(|e| e.to_string())?;
             Ok(Command::SetSpeed(speed))
         }
         _ => Err(format!("{line:?}? Type `amp 1.8`, `speed 0.5`, `pause`, `resume` or `stop`")),
@@ -65,7 +66,7 @@ fn wish(line: &str) -> Result<Command, String> {
 
 /// Shows how far the walk has come, and passes on what is typed.
 #[derive(Debug)]
-pub struct Onlooker {
+pub struct WalkConsole {
     bar: ProgressBar,
     lines: Lines,
     kept_within: Option<Playable>,
@@ -74,7 +75,7 @@ pub struct Onlooker {
     speed: Option<Speed>,
 }
 
-impl Onlooker {
+impl WalkConsole {
     /// `frames` is the length of the bar; an amplitude is passed on only if the
     /// gait is `kept_within` its limits at it.
     pub fn new(frames: Option<u32>, is_silent: bool, lines: Lines, kept_within: Option<Playable>) -> Self {
@@ -118,7 +119,7 @@ impl Onlooker {
     }
 }
 
-impl Watcher for &mut Onlooker {
+impl Watcher for &mut WalkConsole {
     fn progress(&mut self, state: State, played: u32) {
         self.bar.set_message(words::state(state));
         if state != State::Entering {
@@ -126,12 +127,12 @@ impl Watcher for &mut Onlooker {
         }
     }
 
-    fn wish(&mut self) -> Option<Command> {
+    fn requested_change(&mut self) -> Option<Command> {
         let line = self.lines.next()?;
         if line.trim().is_empty() {
             return None;
         }
-        match wish(&line).and_then(|command| self.within_limits(command)) {
+        match change(&line).and_then(|command| self.within_limits(command)) {
             Ok(command) => Some(command),
             Err(text) => {
                 self.say(&text);
@@ -140,12 +141,13 @@ impl Watcher for &mut Onlooker {
         }
     }
 
-    fn granted(&mut self, wish: Command, refusal: Option<Refusal>) {
+    fn answered(&mut self, change: Command, refusal: Option<Refusal>) {
         if let Some(refusal) = refusal {
-            let text = format!("the robot refused to {}: {}", words::command(&wish), words::refusal(refusal));
+            let text =
+                format!("the robot refused to {}: {}", words::command(&change), words::refusal(refusal));
             return self.say(&text);
         }
-        match wish {
+        match change {
             Command::SetAmplitude(amplitude) => self.amplitude = Some(amplitude),
             Command::SetSpeed(speed) => self.speed = Some(speed),
             Command::Stop => self.stop_was_typed = true,
@@ -173,20 +175,20 @@ mod tests {
     fn what_is_typed_is_understood() {
         let amplitude = Amplitude::from_f64(1.8).unwrap();
         for line in ["amp 1.8", "  amp   1,8 "] {
-            assert_eq!(wish(line), Ok(Command::SetAmplitude(amplitude)));
+            assert_eq!(change(line), Ok(Command::SetAmplitude(amplitude)));
         }
-        assert_eq!(wish("pause"), Ok(Command::SetSpeed(Speed::PAUSED)));
-        assert_eq!(wish("resume"), Ok(Command::SetSpeed(Speed::ONE)));
-        assert_eq!(wish("speed 2"), Ok(Command::SetSpeed(Speed::MAX)));
-        assert_eq!(wish("stop"), Ok(Command::Stop));
+        assert_eq!(change("pause"), Ok(Command::SetSpeed(Speed::PAUSED)));
+        assert_eq!(change("resume"), Ok(Command::SetSpeed(Speed::ONE)));
+        assert_eq!(change("speed 2"), Ok(Command::SetSpeed(Speed::MAX)));
+        assert_eq!(change("stop"), Ok(Command::Stop));
     }
 
     #[test]
     fn what_is_not_understood_is_answered_with_what_would_be() {
-        assert!(wish("faster").unwrap_err().contains("`speed 0.5`"));
-        assert_eq!(wish("amp x"), Err("\"x\" is no number".into()));
-        assert!(wish("amp").unwrap_err().contains("a number is missing"));
-        assert!(wish("amp 9").unwrap_err().contains("within 0.5 to 3"));
-        assert!(wish("speed 3").unwrap_err().contains("within 0 to 2"));
+        assert!(change("faster").unwrap_err().contains("`speed 0.5`"));
+        assert_eq!(change("amp x"), Err("\"x\" is not a number".into()));
+        assert!(change("amp").unwrap_err().contains("a number is missing"));
+        assert!(change("amp 9").unwrap_err().contains("within 0.5 to 3"));
+        assert!(change("speed 3").unwrap_err().contains("within 0 to 2"));
     }
 }

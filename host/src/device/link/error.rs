@@ -6,105 +6,68 @@ use thiserror::Error;
 
 /// Why the robot could not be talked to.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum LinkError {
-    /// There is no robot's port.
+    /// No serial port is a Nano's.
     #[error("no robot found: {}", words::others(.others))]
     NoPort {
-        /// Serial ports that are there, but are no robot's.
+        /// Serial ports of other devices.
         others: Vec<String>,
     },
-    /// There is more than one.
+    /// More than one serial port could be the robot's.
     #[error("{} ports could be the robot: {}", .ports.len(), .ports.join(", "))]
     SeveralPorts {
-        /// All of them.
+        /// Each with its adapter.
         ports: Vec<String>,
     },
     /// The ports could not be listed.
     #[error("cannot list the serial ports")]
-    List {
-        /// Why.
-        source: serialport::Error,
-    },
+    List { source: serialport::Error },
+    /// Another program has locked the port.
+    #[error("another program is using the robot on {port}: most likely another host command")]
+    Busy { port: String },
     /// The port could not be opened.
     #[error("cannot open {port}")]
-    Open {
-        /// Which.
-        port: String,
-        /// Why.
-        source: serialport::Error,
-    },
-    /// Nobody said hello.
+    Open { port: String, source: serialport::Error },
+    /// The robot did not say hello.
     #[error(
         "no robot answers on {port}: no hello within {waited_s} s, {}",
         words::silence(*.bytes_heard)
     )]
     NoAnswer {
-        /// Which.
         port: String,
-        /// How long.
         waited_s: f64,
-        /// Bytes that arrived meanwhile and meant nothing.
+        /// Bytes that arrived meanwhile and were no message.
         bytes_heard: u64,
     },
-    /// The robot speaks another version.
+    /// The robot's firmware has another version of the protocol.
     #[error(
         "the robot on {port} speaks protocol version {robot}, this program version {PROTOCOL_VERSION}; \
          nothing was sent to it"
     )]
-    ProtocolVersion {
-        /// Which.
-        port: String,
-        /// The robot's version.
-        robot: u8,
-    },
+    ProtocolVersion { port: String, robot: u8 },
     /// The cable was pulled, or the adapter failed.
     #[error("the link broke: cannot {action} {port} any more")]
-    Broken {
-        /// Which.
-        port: String,
-        /// What was being done.
-        action: &'static str,
-        /// Why it could not be.
-        source: std::io::Error,
-    },
+    Broken { port: String, action: &'static str, source: std::io::Error },
     /// A command was never answered.
-    #[error("the robot on {port} fell silent: no answer to \"{command}\", sent {attempts} times")]
-    NoReply {
-        /// Which.
-        port: String,
-        /// Which command.
-        command: &'static str,
-        /// How often it was sent.
-        attempts: u32,
-    },
-    /// The robot started anew in mid-session.
+    #[error("the robot on {port} does not answer any more: no reply to \"{command}\", sent {attempts} times")]
+    NoReply { port: String, command: &'static str, attempts: u32 },
+    /// The robot restarted in mid-session.
     #[error("the robot on {port} was reset: {}", words::reset_cause(*.cause))]
-    Reset {
-        /// Which.
-        port: String,
-        /// Why.
-        cause: ResetCause,
-    },
-    /// The robot said no.
+    Reset { port: String, cause: ResetCause },
+    /// The robot refused the command.
     #[error("the robot refused to {command}: {}", words::refusal(*.refusal))]
-    Refused {
-        /// Which command.
-        command: &'static str,
-        /// Why.
-        refusal: Refusal,
-    },
+    Refused { command: &'static str, refusal: Refusal },
     /// An answer that belongs to another command.
     #[error("the robot's answer to \"{command}\" belongs to another command: its firmware is at fault")]
-    WrongReply {
-        /// Which command.
-        command: &'static str,
-    },
+    WrongReply { command: &'static str },
 }
 
 impl LinkError {
-    /// Whether the robot spoke: it refused or stopped, the link is fine.
+    /// Whether the link works: the robot refused, or stopped by itself.
     #[must_use]
-    pub const fn is_robots_word(&self) -> bool {
+    pub const fn is_from_robot(&self) -> bool {
         matches!(
             self,
             Self::ProtocolVersion { .. }
@@ -114,7 +77,7 @@ impl LinkError {
         )
     }
 
-    /// The user's next move.
+    /// What the user can do about it.
     #[must_use]
     pub fn help(&self) -> Option<String> {
         let help = match self {
@@ -126,9 +89,15 @@ impl LinkError {
                 let first = ports.first().map_or("PORT", |p| p.split(' ').next().unwrap_or("PORT"));
                 return Some(format!("say which one: --port {first}"));
             }
+            Self::Busy { port } => {
+                return Some(format!(
+                    "end it with Ctrl-C in its terminal, which also stops the robot; \
+                     `lsof {port}` names the program"
+                ));
+            }
             Self::Open { port, source } => return Some(open_help(port, source)),
             Self::NoAnswer { bytes_heard: 0, .. } => {
-                "is this the robot's port, is it powered, and was its firmware flashed (cargo run --release in firmware/)?"
+                "check that this is the robot's port, that it is powered, and that its firmware is flashed (cargo run --release in firmware/)"
             }
             Self::NoAnswer { .. } => {
                 "another program runs on this board, or it is another device: flash the firmware \
@@ -161,7 +130,6 @@ fn open_help(port: &str, source: &serialport::Error) -> String {
             "see what is there: ls /dev/ttyUSB* /dev/ttyACM*; without --port the robot is looked for"
                 .to_owned()
         }
-        ErrorKind::NoDevice => format!("does another program hold it? lsof {port} tells"),
         _ => format!("is {port} a serial port?"),
     }
 }

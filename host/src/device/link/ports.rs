@@ -1,13 +1,14 @@
 //! Finds and opens the robot's port.
 //!
-//! Owns the list of USB adapters that Nanos come with, and what happens to DTR,
-//! whose falling edge resets a Nano. Refuses to guess between several ports.
+//! Holds the USB adapters that Nanos come with, and the handling of DTR, whose
+//! falling edge resets a Nano. With several Nanos the user has to name one. Does not
+//! depend on what is sent.
 //!
 //! The first opening after the robot was plugged in resets it. From then on DTR
 //! stays as it is, where the system allows it (Linux, macOS), so that a command
 //! finds the robot as the last one left it: walking, or with a gait in RAM.
 
-use super::{Link, LinkError, Patience};
+use super::{Link, LinkError, Timeouts};
 use protocol::frame::STOP_BYTE;
 #[cfg(unix)]
 use serialport::TTYPort;
@@ -18,7 +19,7 @@ use std::time::Duration;
 /// The firmware's baud rate, 8N1.
 pub const BAUD_RATE: u32 = 115_200;
 /// A read returns at the latest after this time, a third of a frame, so that a
-/// stream of setpoints keeps its pace; a session asks again.
+/// stream of setpoints keeps its pace; [`Link`] reads again.
 const READ_TIMEOUT: Duration = Duration::from_millis(5);
 
 /// USB vendor and product of the chips on Nanos; `None` is every product.
@@ -39,10 +40,10 @@ pub type SerialLink = Link<Box<dyn SerialPort>>;
 /// else as [`Link::connect`].
 pub fn connect(port: Option<&str>) -> Result<SerialLink, LinkError> {
     let (opened, name) = open(port)?;
-    Link::connect(opened, &name, Patience::default())
+    Link::connect(opened, &name, Timeouts::default())
 }
 
-/// As [`connect`], but the first byte on the wire stops the robot, whoever it listens to.
+/// As [`connect`], but the first byte on the wire stops the robot, whoever started its walk.
 ///
 /// # Errors
 /// As [`connect`].
@@ -53,7 +54,7 @@ pub fn connect_and_stop(port: Option<&str>) -> Result<SerialLink, LinkError> {
         action: "write to",
         source,
     })?;
-    Link::connect(opened, &name, Patience::default())
+    Link::connect(opened, &name, Timeouts::default())
 }
 
 fn open(port: Option<&str>) -> Result<(Box<dyn SerialPort>, String), LinkError> {
@@ -66,10 +67,20 @@ fn open(port: Option<&str>) -> Result<(Box<dyn SerialPort>, String), LinkError> 
         // Some adapters send nothing without it.
         .dtr_on_open(true)
         .open_native()
-        .map_err(|source| LinkError::Open { port: name.clone(), source })?;
+        .map_err(|source| not_opened(&name, source))?;
     #[cfg(unix)]
     keep_dtr(&opened);
     Ok((Box::new(opened), name))
+}
+
+fn not_opened(port: &str, source: serialport::Error) -> LinkError {
+    let port = port.to_owned();
+    // On Windows this kind is a port that does not exist.
+    if cfg!(unix) && source.kind() == serialport::ErrorKind::NoDevice {
+        LinkError::Busy { port }
+    } else {
+        LinkError::Open { port, source }
+    }
 }
 
 /// Keeps the closing of the port from lowering DTR, which the next opening would raise again.
@@ -142,6 +153,20 @@ mod tests {
 
         assert_eq!(message, "no robot found: none of the serial ports is a Nano's (/dev/ttyACM0)");
         assert_eq!(choose(vec![]).unwrap_err().to_string(), "no robot found: there is no serial port at all");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_port_that_another_command_holds_is_busy_and_the_help_says_how_to_end_it() {
+        let (_robot, slave) = TTYPort::pair().unwrap();
+        let name = slave.name().unwrap();
+        drop(slave);
+        let _held = open(Some(&name)).unwrap();
+
+        let error = open(Some(&name)).map(|_| ()).unwrap_err();
+
+        assert!(matches!(error, LinkError::Busy { .. }), "{error:?}");
+        assert!(error.help().is_some_and(|help| help.contains("Ctrl-C")), "{error:?}");
     }
 
     #[test]

@@ -1,4 +1,6 @@
-//! What the robot's codes mean, for people.
+//! The robot's codes in words, for people and for scripts.
+//!
+//! Does not depend on a link.
 
 use protocol::calibration::CalibrationError;
 use protocol::command::{CalibrationSource, Record, Storage};
@@ -43,7 +45,7 @@ pub fn refusal(refusal: Refusal) -> String {
         Refusal::BadGait(error) => format!("the table: {}", crate::gait::gait_file::describe(error)),
         Refusal::Amplitude => "the amplitude is outside its limits".into(),
         Refusal::NoGait => "it has no gait".into(),
-        Refusal::Faulted(cause) => format!("it stopped before and latched: {}", fault(cause)),
+        Refusal::Faulted(cause) => format!("a fault is latched: {}", fault(cause)),
         Refusal::AlreadyWalking => "it is walking already".into(),
         Refusal::ChipMissing(cause) => fault(cause).into(),
         Refusal::StorageBusy => "an earlier save is still going on".into(),
@@ -51,8 +53,8 @@ pub fn refusal(refusal: Refusal) -> String {
             format!("its supply has {:.2} V at rest, too little to walk", f64::from(bus_mv) / 1e3)
         }
         Refusal::StorageFull => {
-            "its places for gaits are all taken, and a new one needs a free one, even to replace \
-                                 a gait of its name"
+            "all its places for gaits are taken, and an upload needs a free one, even to replace \
+             a gait of the same name"
                 .into()
         }
         Refusal::NoSuchGait => "there is no gait in that place".into(),
@@ -65,7 +67,7 @@ pub fn refusal(refusal: Refusal) -> String {
     }
 }
 
-/// The user's next move after a refusal.
+/// What the user can do about a refusal.
 #[must_use]
 pub fn refusal_help(refusal: Refusal) -> Option<String> {
     let help = match refusal {
@@ -81,14 +83,12 @@ pub fn refusal_help(refusal: Refusal) -> Option<String> {
         Refusal::AlreadyWalking => "stop it first: host stop",
         Refusal::ServosOn => "stop it first, and wait two seconds until its servos are limp: host stop",
         Refusal::UploadRange | Refusal::UploadIncomplete | Refusal::StorageBusy => "repeat the command",
-        Refusal::StorageFull => {
-            "see which there are with `host gaits`, and make room: host gaits --erase NAME"
-        }
-        Refusal::NoSuchGait => "see which there are: host gaits",
+        Refusal::StorageFull => "list them with `host gaits`, and erase one: host gaits --erase NAME",
+        Refusal::NoSuchGait => "list the stored gaits: host gaits",
         Refusal::CalibrationDamaged => {
             "send it again: host calibrate --write FILE, or run the wizard: host calibrate"
         }
-        Refusal::NoStream => "see how it is with `host status`, and start again",
+        Refusal::NoStream => "see its state with `host status`, and start again",
         Refusal::BadCalibration(_) => {
             "correct the value in the file, or run the wizard again: host calibrate"
         }
@@ -97,7 +97,7 @@ pub fn refusal_help(refusal: Refusal) -> Option<String> {
     Some(help.to_owned())
 }
 
-/// How a latched fault is left.
+/// How a latched fault is cleared, to follow [`fault_help`].
 pub const CLEAR_FAULT: &str = "then clear the fault: host status --clear-fault";
 
 /// What is wrong with a calibration.
@@ -122,7 +122,7 @@ pub fn fault_code(fault: Fault) -> String {
     format!("F{}", fault as u8)
 }
 
-/// What a fault is.
+/// A fault in words.
 #[must_use]
 pub const fn fault(fault: Fault) -> &'static str {
     match fault {
@@ -130,21 +130,23 @@ pub const fn fault(fault: Fault) -> &'static str {
         Fault::SensorLost => "the power sensor (INA219) does not answer, or lost its configuration",
         Fault::Watchdog => "its program hung and the watchdog reset it",
         Fault::Undervoltage => {
-            "its supply sagged while servos were on, below 4.2 V if not calibrated otherwise"
+            "the supply voltage dropped while servos were on, below 4.2 V unless calibrated otherwise"
         }
         Fault::Overcurrent => {
-            "its supply gave too much current while servos were on, 3 A if not calibrated otherwise"
+            "the supply current was too high while servos were on, above 3 A unless calibrated otherwise"
         }
     }
 }
 
-/// The user's next move after a fault; how to go on after it is for the caller to add.
+/// What the user can do about a fault; the caller adds how to continue.
 #[must_use]
 pub const fn fault_help(fault: Fault) -> &'static str {
     match fault {
         Fault::ServoDriverLost => "check SDA, SCL, 5 V and ground of the PCA9685 (address 0x40)",
         Fault::SensorLost => "check SDA, SCL, 5 V and ground of the INA219 (address 0x41: A0 bridged)",
-        Fault::Watchdog => "check the supply for sags (if it happens again, report it with the telemetry)",
+        Fault::Watchdog => {
+            "check the supply for voltage drops (if it happens again, report it with the telemetry)"
+        }
         Fault::Undervoltage => {
             "check that the servos' supply is on, has 5 to 6 V, a charged battery, and short thick leads"
         }
@@ -157,7 +159,7 @@ pub const fn fault_help(fault: Fault) -> &'static str {
 pub const fn walk_end(end: WalkEnd) -> &'static str {
     match end {
         WalkEnd::Finished => "its time was over",
-        WalkEnd::Asked => "it was told to stop",
+        WalkEnd::Asked => "it was ordered to stop",
         WalkEnd::LinkLost => "it heard nothing from its computer for a second",
         WalkEnd::StopByte => "a stop byte arrived",
         WalkEnd::Button => "its button was pressed",
@@ -186,13 +188,13 @@ pub const fn reset_cause(cause: ResetCause) -> &'static str {
     match cause {
         ResetCause::PowerOn => "its supply was switched on",
         ResetCause::External => "by its reset pin: the button, or a program that opened the port",
-        ResetCause::BrownOut => "its supply sagged (brown-out)",
+        ResetCause::BrownOut => "its supply voltage dropped (brown-out)",
         ResetCause::Watchdog => "its program hung and the watchdog reset it",
         ResetCause::Unknown => "the cause is unknown",
     }
 }
 
-/// What a robot is doing, in one word; faults have a word each.
+/// What a robot is doing, in one word for scripts; faults have a word each.
 #[must_use]
 pub const fn state(state: State) -> &'static str {
     match state {
@@ -210,7 +212,7 @@ pub const fn state(state: State) -> &'static str {
     }
 }
 
-/// What a robot is doing, in a sentence's worth.
+/// What a robot is doing, for people.
 #[must_use]
 pub const fn state_in_full(state: State) -> &'static str {
     match state {
@@ -241,7 +243,7 @@ pub const fn calibration_source(source: CalibrationSource) -> &'static str {
     match source {
         CalibrationSource::Default => "default, the authors' robot: none is stored",
         CalibrationSource::Stored => "stored",
-        CalibrationSource::Damaged => "damaged in the EEPROM; send it again: host calibrate --write FILE",
+        CalibrationSource::Damaged => "damaged in the EEPROM; to send it again: host calibrate --write FILE",
         CalibrationSource::NotSaved => "in use until the next reset: the EEPROM did not take it",
     }
 }
@@ -256,7 +258,7 @@ pub(super) fn others(others: &[String]) -> String {
 
 pub(super) fn silence(bytes_heard: u64) -> String {
     match bytes_heard {
-        0 => "nor a single byte".into(),
-        bytes => format!("but {bytes} bytes that mean nothing"),
+        0 => "and not a single byte".into(),
+        bytes => format!("but {bytes} bytes that are no message of a robot"),
     }
 }

@@ -1,14 +1,14 @@
-//! From the robot's clock to the host's.
+//! Converts the robot's clock to the host's.
 //!
-//! Owns the estimate: messages are late by the cable, the adapter and the
-//! scheduler, never early, so the least delay among neighbours is the best
-//! guess. Windows at both ends of the trial, because a Nano's resonator may be
-//! off by half a percent, which is 60 ms over a trial.
+//! Messages are late by the cable, the adapter and the scheduler, never early, so
+//! the smallest delay among neighbours is the best estimate. There is a window at
+//! each end of the trial, because a Nano's resonator may be off by half a percent,
+//! which is 60 ms over a trial. Does not depend on what the robot did meanwhile.
 
-use super::Sample;
+use crate::device::session::Sample;
 use protocol::FRAME_RATE_HZ;
 
-/// Telemetry this far from a moment still tells its time.
+/// Telemetry this far from a moment is used for its time.
 const WINDOW_FRAMES: u32 = 90;
 
 /// A trial on the host's clock.

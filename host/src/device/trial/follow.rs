@@ -1,30 +1,26 @@
-//! Looks on while the robot walks, and keeps it walking.
+//! Follows a walk to its end, and keeps the robot walking meanwhile.
 //!
-//! Owns the heartbeats and the judgement of everything that the robot says
-//! meanwhile. Refuses to wait for a robot whose trial does not move on.
+//! Holds what each message means for the trial. Does not wait for a robot whose
+//! frame counter stands still.
 
-use super::{ENTRY_TIMEOUT, LAST_WORDS, LOOK_EVERY, Sample, TrialStop, Watcher, unix_time_s};
-use crate::device::link::{Link, LinkError};
-use protocol::{Command, Event, Message, State, Telemetry, WalkEnd};
+use super::TrialStop;
+use crate::device::link::LinkError;
+use crate::device::session::{ENTRY_TIMEOUT, LAST_WORDS, Session, Watcher};
+use protocol::{Event, Message, State, Telemetry, WalkEnd};
 use std::io::{Read, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Without telemetry for this long the robot is asked how it is.
+/// Without telemetry for this long the robot is asked for its status.
 const SILENCE: Duration = Duration::from_secs(2);
-/// A robot stops by itself after [`protocol::LINK_TIMEOUT_FRAMES`] without a
-/// command, 1 s: three of four may get lost.
-const HEARTBEAT_EVERY: Duration = Duration::from_millis(250);
 /// A walk that counts no frame for this long will not count another.
 const STALL: Duration = Duration::from_secs(5);
+/// How often the user's wish to stop is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Returns when all frames are played, or with what came between.
-pub(super) fn follow<P: Read + Write>(
-    link: &mut Link<P>,
-    samples: &mut Vec<Sample>,
+/// Returns when all frames are played, or with the reason why they were not.
+pub(super) fn follow<P: Read + Write, W: Watcher>(
+    session: &mut Session<'_, P, W>,
     frames: Option<u32>,
-    stop: &AtomicBool,
-    watcher: &mut impl Watcher,
 ) -> Result<(), TrialStop> {
     let broken = |source| TrialStop::Link { source };
     let begin = Instant::now();
@@ -32,17 +28,17 @@ pub(super) fn follow<P: Read + Write>(
     // Why it is over, and since when: the counters of its last frame are still on their way.
     let mut end: Option<(WalkEnd, Instant)> = None;
     let mut last_heard = begin;
-    let mut last_asked = begin;
+    session.command_sent();
     loop {
-        if stop.load(Ordering::Relaxed) {
+        if session.is_interrupted() {
             return Err(TrialStop::Interrupted);
         }
+        let played = session.played();
         if let Some((reason, since)) = end
             && since.elapsed() > LAST_WORDS
         {
-            return Err(ended(reason, samples, frames));
+            return Err(TrialStop::of(reason, played, frames));
         }
-        let played = samples.last().map_or(0, |s| s.telemetry.trial_frames);
         match moved_on {
             None if begin.elapsed() > ENTRY_TIMEOUT => return Err(TrialStop::Entry),
             Some(moved_on) if Instant::now().duration_since(moved_on) > STALL => {
@@ -51,41 +47,36 @@ pub(super) fn follow<P: Read + Write>(
             _ => {}
         }
         if last_heard.elapsed() > SILENCE {
-            // Either it is gone, which the error tells, or its stream was lost with a reset of the setting.
-            link.status().map_err(broken)?;
-            link.order(Command::StreamTelemetry { every_frames: 1 }).map_err(broken)?;
+            // Either the robot is gone, and this fails, or its telemetry was switched off.
+            session.link.status().map_err(broken)?;
+            session.start_telemetry().map_err(broken)?;
             last_heard = Instant::now();
         }
-        if last_asked.elapsed() >= HEARTBEAT_EVERY {
-            last_asked = Instant::now();
-            link.status().map_err(broken)?;
-        }
-        if let Some(wish) = watcher.wish() {
-            last_asked = Instant::now();
-            match link.order(wish) {
-                Ok(()) => watcher.granted(wish, None),
-                Err(LinkError::Refused { refusal, .. }) => watcher.granted(wish, Some(refusal)),
+        session.keep_alive().map_err(broken)?;
+        if let Some(change) = session.watcher.requested_change() {
+            session.command_sent();
+            match session.link.order(change) {
+                Ok(()) => session.watcher.answered(change, None),
+                Err(LinkError::Refused { refusal, .. }) => session.watcher.answered(change, Some(refusal)),
                 Err(source) => return Err(TrialStop::Link { source }),
             }
         }
-        let Some(heard) = link.next_unasked(Instant::now() + LOOK_EVERY).map_err(broken)? else { continue };
+        let Some(incoming) = session.next(Instant::now() + LOOK_EVERY).map_err(broken)? else { continue };
         last_heard = Instant::now();
-        match heard.message {
+        match incoming.message {
             Message::Event(Event::Fault(fault)) => end = Some((WalkEnd::Fault(fault), last_heard)),
-            // What was asked for is seen by its counters.
+            // The end that was asked for is seen by its counters.
             Message::Event(Event::WalkEnded(WalkEnd::Finished)) => {}
             Message::Event(Event::WalkEnded(reason)) => end = Some((reason, last_heard)),
             Message::Telemetry(telemetry) => {
-                samples.push(Sample { unix_time_s: unix_time_s(&heard), telemetry });
-                watcher.progress(telemetry.state, telemetry.trial_frames);
-                // A robot that was told to pause holds, and counts nothing.
+                // A paused robot holds its pose and counts no frames.
                 if telemetry.trial_frames > played
                     || (moved_on.is_some() && telemetry.state == State::Holding)
                 {
                     moved_on = Some(last_heard);
                 }
                 if let Some((reason, _)) = end {
-                    return Err(ended(reason, samples, frames));
+                    return Err(TrialStop::of(reason, session.played(), frames));
                 }
                 if is_over(&telemetry, frames)? {
                     return Ok(());
@@ -93,16 +84,6 @@ pub(super) fn follow<P: Read + Write>(
             }
             _ => {}
         }
-    }
-}
-
-/// What the robot's word on the end of its walk means for the trial.
-fn ended(end: WalkEnd, samples: &[Sample], asked: Option<u32>) -> TrialStop {
-    let frames = samples.last().map_or(0, |s| s.telemetry.trial_frames);
-    match end {
-        WalkEnd::LinkLost => TrialStop::LinkLost,
-        WalkEnd::Fault(fault) => TrialStop::Fault { fault },
-        end => TrialStop::Ended { end, frames, asked },
     }
 }
 

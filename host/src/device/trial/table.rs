@@ -1,10 +1,10 @@
 //! The trials table and the telemetry files of a run.
 //!
-//! Owns their columns. Refuses to add a row to a table with other columns, and
-//! looks before the robot walks, not after.
+//! Holds their columns. A table with other columns is an error, which [`load`] finds
+//! before the robot walks. Does not depend on how a trial was walked.
 
-use super::Sample;
 use crate::device::link::words;
+use crate::device::session::Sample;
 use crate::run_folder::{self, FileError};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -18,32 +18,32 @@ lost_telemetry_frames,telemetry,valid,reason";
 const TELEMETRY_COLUMNS: &str = "unix_time_s,uptime_frames,state,trial_frames,trial_energy_j,phase,bus_v,current_a,\
 clipped_frames,missed_samples";
 
-/// One trial; what is unknown stays empty.
+/// One trial; an unknown value stays empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     /// Local time of the end of the trial.
     pub time: String,
-    /// What the robot calls the gait.
+    /// The gait's name on the robot.
     pub gait_name: String,
     /// SHA-256 of the table that the robot read back.
     pub gait_sha256: String,
-    /// CRC-32 of the same.
+    /// CRC-32 of the same table.
     pub gait_crc32: String,
     /// Amplitude played.
     pub amplitude: f64,
     /// Gait frames played.
     pub frames: u32,
-    /// Their duration.
+    /// Of those frames, by the robot's clock.
     pub duration_s: f64,
-    /// Battery energy over them.
+    /// From the battery, by the robot's own sensor.
     pub energy_j: f64,
-    /// Energy by duration.
+    /// Energy divided by duration.
     pub mean_power_w: Option<f64>,
     /// Net horizontal displacement.
     pub distance_m: Option<f64>,
-    /// Distance by duration.
+    /// Distance divided by duration.
     pub speed_m_s: Option<f64>,
-    /// Mass that the weight follows from.
+    /// Of the robot.
     pub mass_kg: f64,
     /// Energy by weight and distance.
     pub cost_of_transport: Option<f64>,
@@ -55,7 +55,7 @@ pub struct Row {
     pub missed_samples: u16,
     /// Telemetry that did not arrive.
     pub lost_telemetry_frames: u32,
-    /// File with the telemetry.
+    /// Name of the file in the same folder.
     pub telemetry: String,
     /// Why the trial does not count, if it does not.
     pub reason: Option<String>,
@@ -63,18 +63,15 @@ pub struct Row {
 
 /// Why a table was not written.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum TableError {
     /// Reading or writing failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Somebody else's table.
+    /// The file is another table.
     #[error("{path} has other columns: it begins with {found:?}")]
-    Columns {
-        /// Which file.
-        path: PathBuf,
-        /// Its first line.
-        found: String,
-    },
+    Columns { path: PathBuf, found: String },
 }
 
 /// The table as it is, or its header if there is none yet.
@@ -203,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_elses_table_is_left_alone() {
+    fn a_table_with_other_columns_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("trials.csv"), "a,b\n1,2\n").unwrap();
 

@@ -4,22 +4,29 @@ use super::{Held, LONG, MID, SHORT, listed, not_judged};
 use crate::experiment::method::Method;
 use crate::experiment::study::Claim;
 use crate::experiment::summary::{Condition, Mean};
+use crate::paper;
+use crate::robot::LegScale;
 
 impl Held<'_> {
-    pub(super) fn cheapest_at(&self, leg: f64, amplification: f64, printed: &str) -> Claim {
+    pub(super) fn cheapest_at(&self, leg: LegScale, amplification: f64, printed: &str) -> Claim {
         let text = format!(
-            "With legs of {leg} L and {amplification:?}x, PSTO costs less than both others (by {printed})"
+            "With legs of {leg} and {amplification:?}x, PSTO costs less than both others (by {printed})"
         );
         self.lowest(text, Method::PAPERS.map(|method| self.at(method, leg, amplification)))
     }
 
-    pub(super) fn amplifications(&self, leg: f64) -> Vec<f64> {
+    pub(super) fn amplifications(&self, leg: LegScale) -> Vec<f64> {
         let psto = self.conditions.iter().filter(|c| c.method == Method::Psto && c.leg == leg);
         psto.map(|c| c.amplification).collect()
     }
 
     /// Amplifications at which a method costs less than both others, of those at which all were run.
-    pub(super) fn won(&self, method: Method, leg: f64, among: impl Fn(f64) -> bool) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn won(
+        &self,
+        method: Method,
+        leg: LegScale,
+        among: impl Fn(f64) -> bool,
+    ) -> (Vec<f64>, Vec<f64>) {
         let run: Vec<(f64, [Mean; 3])> = self
             .amplifications(leg)
             .into_iter()
@@ -41,10 +48,10 @@ impl Held<'_> {
         &self,
         text: String,
         method: Method,
-        leg: f64,
+        leg: LegScale,
         among: impl Fn(f64) -> bool,
     ) -> Claim {
-        let papers = super::paper::AMPLIFICATIONS.into_iter().filter(|&a| among(a)).count();
+        let papers = paper::AMPLIFICATIONS.into_iter().filter(|&a| among(a)).count();
         let (won, run) = self.won(method, leg, among);
         // One of many would say nothing of all.
         if run.is_empty() || 2 * run.len() < papers {
@@ -60,10 +67,9 @@ impl Held<'_> {
         Claim { text, holds: Some(won.len() == run.len()), evidence }
     }
 
-    pub(super) fn cheapest_everywhere(&self, leg: f64) -> Claim {
-        let text = format!(
-            "With legs of {leg} L, PSTO costs less than both others at every amplification (Figure 6)"
-        );
+    pub(super) fn cheapest_everywhere(&self, leg: LegScale) -> Claim {
+        let text =
+            format!("With legs of {leg}, PSTO costs less than both others at every amplification (Figure 6)");
         self.won_all(text, Method::Psto, leg, |_| true)
     }
 
@@ -81,14 +87,15 @@ impl Held<'_> {
         let text = "At 2.2x PSTO saves energy against the original and the sinusoid (up to 38 % and 26 %)"
             .to_owned();
         let claims = [LONG, SHORT].map(|leg| (leg, Method::PAPERS.map(|method| self.at(method, leg, 2.2))));
-        let judged: Vec<(f64, Claim)> =
+        let judged: Vec<(LegScale, Claim)> =
             claims.into_iter().map(|(leg, costs)| (leg, self.lowest(String::new(), costs))).collect();
-        let known: Vec<&(f64, Claim)> = judged.iter().filter(|(_, claim)| claim.holds.is_some()).collect();
+        let known: Vec<&(LegScale, Claim)> =
+            judged.iter().filter(|(_, claim)| claim.holds.is_some()).collect();
         if known.len() < judged.len() {
             return not_judged(text);
         }
         let words: Vec<String> =
-            known.iter().map(|(leg, claim)| format!("{leg} L: {}", claim.evidence)).collect();
+            known.iter().map(|(leg, claim)| format!("{leg}: {}", claim.evidence)).collect();
         let holds = known.iter().all(|(_, claim)| claim.holds == Some(true));
         Claim { text, holds: Some(holds), evidence: words.join("; ") }
     }

@@ -1,25 +1,26 @@
 //! Claims about the best of each method, and about learning: Figures 3 and 7, Table 2.
 
-use super::{Held, LONG, SHORT, against, not_judged, shown};
+use super::{Held, LONG, SHORT, against, not_judged};
 use crate::experiment::method::Method;
-use crate::experiment::paper;
 use crate::experiment::study::Claim;
 use crate::experiment::summary::{Best, Condition, Mean, mean_of};
+use crate::paper;
+use crate::robot::LegScale;
 
 /// The paper's "later stages": from this share of learning on.
 const LATER: (usize, usize) = (4, 5);
 
 impl Held<'_> {
-    pub(super) fn best(&self, method: Method, leg: f64) -> Option<&Best> {
+    pub(super) fn best(&self, method: Method, leg: LegScale) -> Option<&Best> {
         self.best.iter().find(|best| best.method == method && best.leg == leg)
     }
 
-    pub(super) fn best_speed(&self, method: Method, leg: f64) -> Option<Mean> {
+    pub(super) fn best_speed(&self, method: Method, leg: LegScale) -> Option<Mean> {
         self.best(method, leg).filter(|_| self.was_swept(method, leg))?.speed_m_s
     }
 
     pub(super) fn longer_legs_learn_more(&self) -> Claim {
-        let late = |leg: f64| {
+        let late = |leg: LegScale| {
             let learning = self.legs.iter().find(|study| study.leg == leg)?.learning.as_ref()?;
             // A single evaluation is noise.
             let rewards: Vec<f64> = learning
@@ -38,15 +39,15 @@ impl Held<'_> {
         let evidence = format!(
             "mean reward of an evaluation in the last fifth of learning, over seeds: {} with long legs, {} with short \
              ones",
-            shown(long, 0),
-            shown(short, 0)
+            long.text(0),
+            short.text(0)
         );
         Claim { text, holds: Some(long.mean > short.mean), evidence }
     }
 
-    pub(super) fn fastest(&self, leg: f64, printed: &str) -> Claim {
+    pub(super) fn fastest(&self, leg: LegScale, printed: &str) -> Claim {
         let text = format!(
-            "With legs of {leg} L, PSTO reaches the highest speed of the three ({} m/s, {printed} more)",
+            "With legs of {leg}, PSTO reaches the highest speed of the three ({} m/s, {printed} more)",
             paper::TOP_SPEED_M_S
         );
         let [Some(original), Some(sinusoid), Some(psto)] =
@@ -56,15 +57,15 @@ impl Held<'_> {
         };
         let evidence = format!(
             "PSTO {} m/s: {}, {}",
-            shown(psto, 3),
+            psto.text(3),
             against(psto, "original", original),
             against(psto, "sinusoid", sinusoid)
         );
         Claim { text, holds: Some(psto.mean > original.mean && psto.mean > sinusoid.mean), evidence }
     }
 
-    pub(super) fn fastest_at(&self, leg: f64, amplification: f64) -> Claim {
-        let text = format!("With legs of {leg} L, PSTO is fastest at {amplification:?}x (Figure 7)");
+    pub(super) fn fastest_at(&self, leg: LegScale, amplification: f64) -> Claim {
+        let text = format!("With legs of {leg}, PSTO is fastest at {amplification:?}x (Figure 7)");
         let found =
             self.best(Method::Psto, leg).and_then(|best| Some((best.speed_amplification?, best.speed_m_s?)));
         // The last amplification that was walked may be the fastest only because it is the last.
@@ -75,7 +76,7 @@ impl Held<'_> {
             && own().filter(|c| c.speed_m_s.is_some()).count() > 2
             && (is_last_of_paper || own().any(|c| beyond(c) && c.speed_m_s.is_some()));
         let Some((at, speed)) = found.filter(|_| walked) else { return not_judged(text) };
-        let evidence = format!("fastest at {at:?}x with {} m/s", shown(speed, 3));
+        let evidence = format!("fastest at {at:?}x with {} m/s", speed.text(3));
         Claim { text, holds: Some((at - amplification).abs() < 1e-9), evidence }
     }
 
@@ -84,13 +85,13 @@ impl Held<'_> {
         let [Some(long), Some(short)] = [LONG, SHORT].map(|leg| self.best_speed(Method::Psto, leg)) else {
             return not_judged(text);
         };
-        let evidence = format!("{} and {} m/s", shown(long, 3), shown(short, 3));
+        let evidence = format!("{} and {} m/s", long.text(3), short.text(3));
         Claim { text, holds: Some((long.mean / short.mean - 1.0).abs() <= 0.05), evidence }
     }
 
-    pub(super) fn best_of_table_2(&self, leg: f64, printed: &str) -> Claim {
+    pub(super) fn best_of_table_2(&self, leg: LegScale, printed: &str) -> Claim {
         let text = format!(
-            "With legs of {leg} L, PSTO's best cost is lower and its best speed higher than both others' ({printed}; \
+            "With legs of {leg}, PSTO's best cost is lower and its best speed higher than both others' ({printed}; \
              Table 2)"
         );
         let costs = Method::PAPERS
@@ -107,7 +108,7 @@ impl Held<'_> {
             "The robot's own limit is about {} m/s: no method goes beyond (Figure 8)",
             paper::TOP_SPEED_M_S
         );
-        let best: Vec<(Method, f64, Mean)> = self
+        let best: Vec<(Method, LegScale, Mean)> = self
             .best
             .iter()
             .filter(|best| Method::PAPERS.contains(&best.method) && self.was_swept(best.method, best.leg))
@@ -118,7 +119,7 @@ impl Held<'_> {
         }
         let words: Vec<String> = best
             .iter()
-            .map(|(method, leg, speed)| format!("{} {leg} L {:.3}", method.label(), speed.mean))
+            .map(|(method, leg, speed)| format!("{} {leg} {:.3}", method.label(), speed.mean))
             .collect();
         let holds = best.iter().all(|(.., speed)| speed.mean <= 1.05 * paper::TOP_SPEED_M_S);
         Claim { text, holds: Some(holds), evidence: format!("highest speeds in m/s: {}", words.join(", ")) }

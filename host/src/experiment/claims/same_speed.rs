@@ -3,14 +3,15 @@
 use super::{Held, LONG, SHORT, not_judged};
 use crate::experiment::at_speed::{self, COST, POWER_W};
 use crate::experiment::method::Method;
-use crate::experiment::paper;
 use crate::experiment::study::Claim;
+use crate::paper;
+use crate::robot::LegScale;
 
 /// Speeds at which methods are compared.
 const SPEEDS: usize = 20;
 
 impl Held<'_> {
-    pub(super) fn points(&self, method: Method, leg: f64) -> Vec<(f64, f64)> {
+    pub(super) fn points(&self, method: Method, leg: LegScale) -> Vec<(f64, f64)> {
         at_speed::points(self.conditions, method, leg, COST)
     }
 
@@ -46,7 +47,7 @@ impl Held<'_> {
         &self,
         method: Method,
         rival: Method,
-        leg: f64,
+        leg: LegScale,
         among: impl Fn(f64) -> bool,
     ) -> Option<(usize, usize)> {
         let points = [self.points(method, leg), self.points(rival, leg)];
@@ -62,13 +63,13 @@ impl Held<'_> {
             "At low speeds the sinusoid costs less than the two others at the same speed, with both legs (Figure 8)"
                 .to_owned();
         // The slower half of what both walk.
-        let slow = |leg: f64, rival: Method| {
+        let slow = |leg: LegScale, rival: Method| {
             let both = [self.points(Method::Sinusoid, leg), self.points(rival, leg)];
             let common = at_speed::common_m_s(&both, SPEEDS);
             let middle = common.get(SPEEDS / 2).copied()?;
             self.cheaper_at_speeds(Method::Sinusoid, rival, leg, |v| v <= middle)
         };
-        let counts = |leg: f64| {
+        let counts = |leg: LegScale| {
             let (psto, original) = (slow(leg, Method::Psto)?, slow(leg, Method::Original)?);
             Some((psto.0 + original.0, psto.1 + original.1))
         };
@@ -82,7 +83,7 @@ impl Held<'_> {
             paper::FIGURE_5_SPEED_M_S
         );
         let fast = |v: f64| v > paper::FIGURE_5_SPEED_M_S;
-        let counts = |leg: f64| {
+        let counts = |leg: LegScale| {
             let sinusoid = self.cheaper_at_speeds(Method::Psto, Method::Sinusoid, leg, fast)?;
             let original = self.cheaper_at_speeds(Method::Psto, Method::Original, leg, fast)?;
             Some((sinusoid.0 + original.0, sinusoid.1 + original.1))
@@ -94,9 +95,9 @@ impl Held<'_> {
         &self,
         text: String,
         what: &str,
-        counts: impl Fn(f64) -> Option<(usize, usize)>,
+        counts: impl Fn(LegScale) -> Option<(usize, usize)>,
     ) -> Claim {
-        let known: Vec<(f64, (usize, usize))> =
+        let known: Vec<(LegScale, (usize, usize))> =
             [LONG, SHORT].into_iter().filter_map(|leg| Some((leg, counts(leg)?))).collect();
         if known.len() < paper::LEGS.len() {
             return not_judged(text);
@@ -104,7 +105,7 @@ impl Held<'_> {
         let words: Vec<String> = known
             .iter()
             .map(|(leg, (cheaper, all))| {
-                format!("{leg} L: {what} at {cheaper} of {all} such speeds that both walk")
+                format!("{leg}: {what} at {cheaper} of {all} such speeds that both walk")
             })
             .collect();
         let holds = known.iter().all(|(_, (cheaper, all))| cheaper == all);
@@ -115,7 +116,7 @@ impl Held<'_> {
         let text =
             "PSTO becomes cheaper than the sinusoid at a lower speed with short legs (Figure 8)".to_owned();
         // The speed from which on PSTO stays cheaper.
-        let crossing = |leg: f64| {
+        let crossing = |leg: LegScale| {
             let points = [self.points(Method::Psto, leg), self.points(Method::Sinusoid, leg)];
             let speeds = at_speed::common_m_s(&points, SPEEDS);
             let dearer = |&&v: &&f64| {

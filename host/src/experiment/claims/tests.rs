@@ -3,8 +3,9 @@
 use super::*;
 use crate::experiment::by_hand;
 use crate::experiment::summary::best;
+use crate::robot::LegScale;
 
-fn condition(method: Method, leg: f64, amplification: f64, speed_m_s: f64, cost: f64) -> Condition {
+fn condition(method: Method, leg: LegScale, amplification: f64, speed_m_s: f64, cost: f64) -> Condition {
     let [speed_m_s, power_w, cost_of_transport] =
         [speed_m_s, 10.0 * cost * speed_m_s, cost].map(|figure| by_hand::mean(figure, 0.001));
     let setpoint_speed_max_rad_s = Some(1.0);

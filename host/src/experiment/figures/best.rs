@@ -1,12 +1,12 @@
-//! Table 2: the best of each method, the paper's beside ours.
+//! Table 2: the best of each method, with the paper's numbers beside ours.
 //!
-//! Owns the text of its cells, for the picture and for the report.
+//! Holds the text of its cells, for the picture and for the report. Does not
+//! depend on how the best is found.
 
 use super::leg_text;
-use super::points::same_leg;
-use crate::experiment::method::Method;
 use crate::experiment::summary::{Best, Mean};
 use crate::plot::Table;
+use crate::robot::LegScale;
 
 /// Where there is nothing to say.
 pub const NOTHING: &str = "\u{2013}";
@@ -38,17 +38,16 @@ pub struct Row {
 #[must_use]
 pub fn rows(best: &[Best]) -> Vec<Row> {
     let mut sorted: Vec<&Best> = best.iter().collect();
-    let place = |method: Method| Method::ALL.iter().position(|&other| other == method);
-    sorted.sort_by(|a, b| b.leg.total_cmp(&a.leg).then(place(a.method).cmp(&place(b.method))));
-    let winner = |leg: f64, of: fn(&Best) -> Option<Mean>, sign: f64| {
-        let own = best.iter().filter(|best| same_leg(best.leg, leg));
+    sorted.sort_by(|a, b| b.leg.cmp(&a.leg).then(a.method.cmp(&b.method)));
+    let winner = |leg: LegScale, of: fn(&Best) -> Option<Mean>, sign: f64| {
+        let own = best.iter().filter(|best| best.leg == leg);
         own.filter_map(|best| of(best).map(|mean| (best.method, sign * mean.mean)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(method, _)| method)
     };
-    let mut before: Option<f64> = None;
+    let mut before: Option<LegScale> = None;
     let row = |best: &Best| {
-        let first = before.replace(best.leg).is_none_or(|leg| !same_leg(leg, best.leg));
+        let first = before.replace(best.leg).is_none_or(|leg| leg != best.leg);
         Row {
             leg: leg_text(best.leg),
             method: best.method.label(),
@@ -64,17 +63,10 @@ pub fn rows(best: &[Best]) -> Vec<Row> {
     sorted.into_iter().map(row).collect()
 }
 
-/// A mean with its interval.
-#[must_use]
-pub fn mean_text(mean: Mean) -> String {
-    let Mean { mean, ci95 } = mean;
-    ci95.map_or(format!("{mean:.3}"), |half| format!("{mean:.3} \u{b1} {half:.3}"))
-}
-
 fn reached(mean: Option<Mean>, amplification: Option<f64>) -> String {
     let Some(mean) = mean else { return NOTHING.into() };
     let at = amplification.map_or(String::new(), |times| format!(" at {times:?}\u{d7}"));
-    mean_text(mean) + &at
+    mean.text(3) + &at
 }
 
 fn number(value: Option<f64>) -> String {

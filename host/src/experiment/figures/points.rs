@@ -1,10 +1,12 @@
-//! What the sweeps show: a point a condition, and the trend through them.
+//! Points of the sweeps, one for each condition, and the trend through them.
 //!
-//! Owns the choice of conditions - those with a mean - and the least squares.
-//! Refuses a trend through fewer than three places: there is none.
+//! Holds the choice of conditions (those with a mean) and the least squares;
+//! there is no trend through fewer than three different places. Does not depend
+//! on how they are drawn.
 
 use crate::experiment::method::Method;
 use crate::experiment::summary::{Condition, Mean};
+use crate::robot::LegScale;
 use nalgebra::{DMatrix, DVector};
 
 /// What an axis may hold.
@@ -60,7 +62,7 @@ pub struct Series {
 
 /// Every method that has a mean there, in the order of legends.
 #[must_use]
-pub fn series(conditions: &[Condition], leg: f64, x: Quantity, y: Quantity) -> Vec<Series> {
+pub fn series(conditions: &[Condition], leg: LegScale, x: Quantity, y: Quantity) -> Vec<Series> {
     let of = |method: Method| {
         let own = in_order(conditions, method, leg);
         let points: Vec<Point> =
@@ -68,22 +70,15 @@ pub fn series(conditions: &[Condition], leg: f64, x: Quantity, y: Quantity) -> V
         let trend = Quadratic::through(points.iter().map(|point| (point.x.mean, point.y.mean)));
         (!points.is_empty()).then_some(Series { method, points, trend })
     };
-    Method::ALL.into_iter().filter_map(of).collect()
+    Method::all().filter_map(of).collect()
 }
 
 /// A method's conditions on these legs, by amplification.
 #[must_use]
-pub fn in_order(conditions: &[Condition], method: Method, leg: f64) -> Vec<&Condition> {
-    let mut own: Vec<&Condition> =
-        conditions.iter().filter(|c| c.method == method && same_leg(c.leg, leg)).collect();
+pub fn in_order(conditions: &[Condition], method: Method, leg: LegScale) -> Vec<&Condition> {
+    let mut own: Vec<&Condition> = conditions.iter().filter(|c| c.method == method && c.leg == leg).collect();
     own.sort_by(|a, b| a.amplification.total_cmp(&b.amplification));
     own
-}
-
-/// Legs are written as decimals.
-#[must_use]
-pub fn same_leg(a: f64, b: f64) -> bool {
-    (a - b).abs() < 1e-9
 }
 
 /// A polynomial of second order.

@@ -1,18 +1,19 @@
-//! Figure 5: what walking at one speed takes each method on long legs.
+//! Figure 5: the power of each method at the same speed, on long legs.
 //!
-//! The paper's speed is 0.12 m/s; where its three methods are not all so slow,
-//! the slowest that they share stands beside it. No trial has exactly such a
-//! speed. Owns the interpolation: straight, between the two neighbouring
-//! amplifications whose speeds lie on either side. Refuses to extrapolate; where
-//! a method is never so slow or so fast, it says so.
+//! The paper's speed is 0.12 m/s; if its three methods do not all walk so slowly,
+//! the slowest speed that they share is beside it. No trial has exactly such a
+//! speed. Holds the interpolation: a straight line between the two neighbouring
+//! amplifications whose speeds are on either side. Nothing is extrapolated: a
+//! method that is never so slow or so fast has words in place of a point. Does
+//! not depend on the other figures.
 
-use super::colour;
 use super::points::in_order;
 use crate::experiment::at_speed;
 use crate::experiment::method::Method;
-use crate::experiment::paper;
 use crate::experiment::summary::{Condition, Mean};
+use crate::paper;
 use crate::plot::{Axis, Colour, Entry, Figure, Layer, Mark, Note, Panel, Side};
+use crate::robot::LegScale;
 
 /// A method's power at a speed, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,9 +71,9 @@ impl AtSpeed {
         let is_papers = speed_m_s == paper::FIGURE_5_SPEED_M_S;
         let row = |method: Method| {
             let power = power_at(conditions, method, paper::LEGS[0], speed_m_s)?;
-            Some(Row { method, power, paper_w: paper::figure_5_w(method).filter(|_| is_papers) })
+            Some(Row { method, power, paper_w: method.figure_5_w().filter(|_| is_papers) })
         };
-        Self { speed_m_s, rows: Method::ALL.into_iter().filter_map(row).collect() }
+        Self { speed_m_s, rows: Method::all().filter_map(row).collect() }
     }
 
     /// How many of some methods have a power there.
@@ -81,7 +82,7 @@ impl AtSpeed {
     }
 }
 
-/// The paper's speed, if anybody walks it, and where its methods do not, the slowest that they share.
+/// The paper's speed, if any method walks it, and, unless all three of the paper do, the slowest that they share.
 #[must_use]
 pub fn at_speeds(conditions: &[Condition]) -> Vec<AtSpeed> {
     let points = Method::PAPERS
@@ -96,14 +97,14 @@ pub fn at_speeds(conditions: &[Condition]) -> Vec<AtSpeed> {
         .map(|speed_m_s| AtSpeed::of(conditions, speed_m_s));
     let mut speeds = vec![papers];
     speeds.extend(shared);
-    speeds.retain(|at| at.known(&Method::ALL) > 0);
+    speeds.retain(|at| at.rows.iter().any(|row| row.power_w().is_some()));
     speeds
 }
 
 /// Power at a speed; `None` of a method that did not walk. Where several pairs of
 /// neighbours enclose the speed, that of the least amplification counts.
 #[must_use]
-pub fn power_at(conditions: &[Condition], method: Method, leg: f64, speed_m_s: f64) -> Option<PowerAt> {
+pub fn power_at(conditions: &[Condition], method: Method, leg: LegScale, speed_m_s: f64) -> Option<PowerAt> {
     let walked: Vec<(f64, f64, Mean)> = in_order(conditions, method, leg)
         .into_iter()
         .filter_map(|c| Some((c.amplification, c.speed_m_s?.mean, c.power_w?)))
@@ -188,7 +189,7 @@ fn panel(at: &AtSpeed) -> Panel {
             layers.push(Layer { mark: Mark::Diamonds, colour: BLACK, points: vec![(paper_w, y)] });
         }
         if let Some(Mean { mean, ci95 }) = row.power_w() {
-            let colour = colour(row.method);
+            let colour = row.method.spec().colour;
             if let Some(half) = ci95 {
                 let points = vec![(mean - half, y), (mean + half, y)];
                 layers.push(Layer { mark: Mark::Whiskers, colour, points });

@@ -1,15 +1,15 @@
 //! Figures 6 to 8: cost and speed over amplification, cost over speed.
 //!
-//! Owns what is in them; [`points`](super::points) has their data. A panel for
-//! each pair of legs that walked.
+//! Holds their panels, one for each pair of legs that walked, and their axes.
+//! Does not depend on how points are chosen: [`points`](super::points) has the data.
 
-use super::points::{Quantity, Series, same_leg, series};
-use super::{WIDTH_PX, colour, leg_text};
+use super::points::{Quantity, Series, series};
+use super::{WIDTH_PX, leg_text};
 use crate::experiment::method::Method;
-use crate::experiment::paper;
 use crate::experiment::study::Study;
 use crate::experiment::summary::Mean;
 use crate::plot::{Axis, Colour, Entry, Figure, Layer, Mark, Note, Panel, Side};
+use crate::robot::LegScale;
 
 const BLACK: Colour = Colour(0, 0, 0);
 const GREY: Colour = Colour(110, 110, 110);
@@ -40,13 +40,13 @@ pub struct Printed {
 
 /// What the paper prints as numbers; the rest of its points stand only in its figures.
 #[must_use]
-pub fn printed(leg: f64, x: Quantity, y: Quantity) -> Vec<Printed> {
-    let long = same_leg(leg, paper::LEGS[0]);
+pub fn printed(leg: LegScale, x: Quantity, y: Quantity) -> Vec<Printed> {
+    let long = leg == LegScale::LONG;
     let one = |at| vec![Printed { method: Method::Psto, at }];
-    let psto = paper::table_2(Method::Psto, leg);
+    let psto = Method::Psto.table_2(leg);
     match (x, y, psto) {
         (Quantity::Speed, Quantity::Cost, _) => {
-            let of = |method| paper::table_2(method, leg).map(|(cost, speed_m_s)| (method, cost, speed_m_s));
+            let of = |method: Method| method.table_2(leg).map(|(cost, speed_m_s)| (method, cost, speed_m_s));
             let all = Method::PAPERS.into_iter().filter_map(of);
             all.map(|(method, cost, speed_m_s)| Printed { method, at: (speed_m_s, cost) }).collect()
         }
@@ -61,15 +61,15 @@ pub fn printed(leg: f64, x: Quantity, y: Quantity) -> Vec<Printed> {
 
 /// The picture; `None` where nothing walked.
 pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sweep> {
-    let mut legs: Vec<f64> = Vec::new();
+    let mut legs: Vec<LegScale> = Vec::new();
     for leg in study.conditions.iter().map(|condition| condition.leg) {
-        if !legs.iter().any(|&other| same_leg(other, leg)) {
+        if !legs.contains(&leg) {
             legs.push(leg);
         }
     }
-    legs.sort_by(|a, b| b.total_cmp(a));
+    legs.sort_by(|a, b| b.cmp(a));
     let found = legs.into_iter().map(|leg| (leg, series(&study.conditions, leg, x, y)));
-    let all: Vec<(f64, Vec<Series>)> = found.filter(|(_, series)| !series.is_empty()).collect();
+    let all: Vec<(LegScale, Vec<Series>)> = found.filter(|(_, series)| !series.is_empty()).collect();
     if all.is_empty() {
         return None;
     }
@@ -92,7 +92,7 @@ pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sw
     })
 }
 
-fn x_axis(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Axis {
+fn x_axis(all: &[(LegScale, Vec<Series>)], x: Quantity, y: Quantity) -> Axis {
     let ours = || all.iter().flat_map(|(_, series)| series).flat_map(|series| &series.points);
     let mut shown: Vec<f64> = ours().map(|point| point.x.mean).collect();
     shown.extend(all.iter().flat_map(|(leg, _)| printed(*leg, x, y)).map(|printed| printed.at.0));
@@ -148,13 +148,13 @@ fn panel(
     for series in series {
         if let Some(trend) = series.trend {
             let points = trend.drawn(TREND_STEPS);
-            layers.push(Layer { mark: Mark::Line, colour: colour(series.method), points });
+            layers.push(Layer { mark: Mark::Line, colour: series.method.spec().colour, points });
         }
     }
     let mut dots = Vec::new();
     let middle = (series.len() as f64 - 1.0) / 2.0;
     for (index, series) in series.iter().enumerate() {
-        let colour = colour(series.method);
+        let colour = series.method.spec().colour;
         let aside = match x {
             Quantity::Amplification => ASIDE * (index as f64 - middle),
             Quantity::Speed | Quantity::Cost => 0.0,
@@ -190,13 +190,12 @@ fn pale(Colour(red, green, blue): Colour) -> Colour {
     Colour(half(red), half(green), half(blue))
 }
 
-fn legend(all: &[(f64, Vec<Series>)], x: Quantity, y: Quantity) -> Vec<Entry> {
+fn legend(all: &[(LegScale, Vec<Series>)], x: Quantity, y: Quantity) -> Vec<Entry> {
     let shown = |method: &Method| all.iter().any(|(_, series)| series.iter().any(|s| s.method == *method));
-    let mut entries: Vec<Entry> = Method::ALL
-        .into_iter()
+    let mut entries: Vec<Entry> = Method::all()
         .filter(shown)
         .map(|method| {
-            let colour = colour(method);
+            let colour = method.spec().colour;
             Entry { label: method.label().into(), marks: vec![(Mark::Line, colour), (Mark::Points, colour)] }
         })
         .collect();

@@ -2,13 +2,19 @@ use super::points::{Quadratic, in_order, series};
 use super::power::{PowerAt, at_speeds, figure, power_at};
 use super::*;
 use crate::experiment::by_hand;
+use crate::experiment::method::Method;
 use crate::experiment::summary::Condition;
 use crate::gait::stride::Sample;
+use crate::robot::LegScale;
+use protocol::JOINT_COUNT;
+
+const LONG: LegScale = LegScale::LONG;
+const SHORT: LegScale = LegScale::SHORT;
 
 /// One that walked.
 fn walked(
     method: Method,
-    leg: f64,
+    leg: LegScale,
     amplification: f64,
     speed_m_s: f64,
     power_w: f64,
@@ -19,13 +25,13 @@ fn walked(
     Condition { speed_m_s, power_w, cost_of_transport, ..by_hand::condition(method, leg, amplification) }
 }
 
-fn not_run(method: Method, leg: f64, amplification: f64) -> Condition {
+fn not_run(method: Method, leg: LegScale, amplification: f64) -> Condition {
     let not_run = Some("beyond the servos' range".into());
     Condition { n: 0, trials: 0, not_run, ..by_hand::condition(method, leg, amplification) }
 }
 
 fn study(conditions: Vec<Condition>) -> Study {
-    by_hand::study(&[1.0, 0.6], conditions)
+    by_hand::study(&[LONG, SHORT], conditions)
 }
 
 #[test]
@@ -64,14 +70,14 @@ fn two_places_have_no_trend() {
 #[test]
 fn a_condition_that_was_not_run_is_absent_and_the_rest_stand_in_order() {
     let conditions = [
-        walked(Method::Psto, 1.0, 1.4, 0.13, 0.9, 0.6),
-        not_run(Method::Psto, 1.0, 1.2),
-        walked(Method::Psto, 1.0, 1.0, 0.10, 0.8, 0.7),
-        walked(Method::Psto, 0.6, 1.0, 0.09, 0.8, 0.8),
-        walked(Method::Original, 1.0, 1.0, 0.09, 0.8, 0.9),
+        walked(Method::Psto, LONG, 1.4, 0.13, 0.9, 0.6),
+        not_run(Method::Psto, LONG, 1.2),
+        walked(Method::Psto, LONG, 1.0, 0.10, 0.8, 0.7),
+        walked(Method::Psto, SHORT, 1.0, 0.09, 0.8, 0.8),
+        walked(Method::Original, LONG, 1.0, 0.09, 0.8, 0.9),
     ];
 
-    let found = series(&conditions, 1.0, Quantity::Amplification, Quantity::Cost);
+    let found = series(&conditions, LONG, Quantity::Amplification, Quantity::Cost);
 
     assert_eq!(
         found.iter().map(|series| series.method).collect::<Vec<_>>(),
@@ -80,9 +86,9 @@ fn a_condition_that_was_not_run_is_absent_and_the_rest_stand_in_order() {
     let places: Vec<(f64, f64)> = found[1].points.iter().map(|point| (point.x.mean, point.y.mean)).collect();
     assert_eq!(places, [(1.0, 0.7), (1.4, 0.6)]);
     assert_eq!(found[1].trend, None);
-    let over_speed = series(&conditions, 1.0, Quantity::Speed, Quantity::Cost);
+    let over_speed = series(&conditions, LONG, Quantity::Speed, Quantity::Cost);
     assert_eq!((over_speed[1].points[0].x.mean, over_speed[1].points[0].x.ci95), (0.10, Some(0.01)));
-    assert_eq!(in_order(&conditions, Method::Psto, 1.0).len(), 3);
+    assert_eq!(in_order(&conditions, Method::Psto, LONG).len(), 3);
 }
 
 /// 0.12 lies at two thirds from 0.10 to 0.13: 0.6 + 2/3 * 0.3 = 0.8 W, and the
@@ -90,14 +96,14 @@ fn a_condition_that_was_not_run_is_absent_and_the_rest_stand_in_order() {
 #[test]
 fn power_at_a_speed_lies_between_the_neighbours_that_enclose_it() {
     let conditions = [
-        walked(Method::Psto, 1.0, 1.0, 0.10, 0.6, 0.6),
-        not_run(Method::Psto, 1.0, 1.2),
-        walked(Method::Psto, 1.0, 1.4, 0.13, 0.9, 0.6),
+        walked(Method::Psto, LONG, 1.0, 0.10, 0.6, 0.6),
+        not_run(Method::Psto, LONG, 1.2),
+        walked(Method::Psto, LONG, 1.4, 0.13, 0.9, 0.6),
         // Slower again: a second pair encloses it.
-        walked(Method::Psto, 1.0, 1.6, 0.11, 5.0, 0.6),
+        walked(Method::Psto, LONG, 1.6, 0.11, 5.0, 0.6),
     ];
 
-    let found = power_at(&conditions, Method::Psto, 1.0, 0.12);
+    let found = power_at(&conditions, Method::Psto, LONG, 0.12);
 
     let Some(PowerAt::Interpolated { power_w, between }) = found else { panic!("{found:?}") };
     assert!((power_w.mean - 0.8).abs() < 1e-12, "{power_w:?}");
@@ -108,14 +114,14 @@ fn power_at_a_speed_lies_between_the_neighbours_that_enclose_it() {
 #[test]
 fn power_at_a_speed_that_a_method_never_has_is_not_extrapolated() {
     let conditions = [
-        walked(Method::Psto, 1.0, 1.0, 0.10, 0.6, 0.6),
-        walked(Method::Psto, 1.0, 1.2, 0.11, 0.9, 0.6),
-        walked(Method::Original, 1.0, 1.0, 0.13, 0.9, 0.6),
-        walked(Method::Ours, 1.0, 1.0, 0.12, 0.7, 0.6),
-        not_run(Method::Sinusoid, 1.0, 1.0),
-        walked(Method::Searched, 0.6, 1.0, 0.12, 0.7, 0.6),
+        walked(Method::Psto, LONG, 1.0, 0.10, 0.6, 0.6),
+        walked(Method::Psto, LONG, 1.2, 0.11, 0.9, 0.6),
+        walked(Method::Original, LONG, 1.0, 0.13, 0.9, 0.6),
+        walked(Method::Ours, LONG, 1.0, 0.12, 0.7, 0.6),
+        not_run(Method::Sinusoid, LONG, 1.0),
+        walked(Method::Searched, SHORT, 1.0, 0.12, 0.7, 0.6),
     ];
-    let at = |method| power_at(&conditions, method, 1.0, 0.12);
+    let at = |method| power_at(&conditions, method, LONG, 0.12);
 
     assert_eq!(at(Method::Psto), Some(PowerAt::NeverSoFast { fastest_m_s: 0.11 }));
     assert_eq!(at(Method::Original), Some(PowerAt::NeverSoSlow { slowest_m_s: 0.13 }));
@@ -130,10 +136,10 @@ fn power_at_a_speed_that_a_method_never_has_is_not_extrapolated() {
 #[test]
 fn figure_5_is_drawn_at_the_slowest_speed_that_the_papers_methods_share_where_they_are_not_so_slow() {
     let mut conditions = vec![
-        walked(Method::Psto, 1.0, 1.0, 0.20, 0.6, 0.6),
-        walked(Method::Psto, 1.0, 1.2, 0.30, 0.9, 0.6),
-        walked(Method::Sinusoid, 1.0, 1.0, 0.18, 0.5, 0.6),
-        walked(Method::Sinusoid, 1.0, 1.2, 0.22, 0.6, 0.6),
+        walked(Method::Psto, LONG, 1.0, 0.20, 0.6, 0.6),
+        walked(Method::Psto, LONG, 1.2, 0.30, 0.9, 0.6),
+        walked(Method::Sinusoid, LONG, 1.0, 0.18, 0.5, 0.6),
+        walked(Method::Sinusoid, LONG, 1.2, 0.22, 0.6, 0.6),
     ];
 
     let speeds = at_speeds(&conditions);
@@ -150,9 +156,9 @@ fn figure_5_is_drawn_at_the_slowest_speed_that_the_papers_methods_share_where_th
     assert_eq!(powers, [(Method::Sinusoid, 55.0), (Method::Psto, 60.0)]);
     assert!(speeds[0].rows.iter().all(|row| row.paper_w.is_none()), "the paper's are of another speed");
     // Somebody who walks at the paper's speed is shown there, too.
-    conditions.push(walked(Method::AuthorsPsto, 1.0, 1.0, 0.12, 0.8, 0.6));
+    conditions.push(walked(Method::AuthorsPsto, LONG, 1.0, 0.12, 0.8, 0.6));
     assert_eq!(at_speeds(&conditions).iter().map(|at| at.speed_m_s).collect::<Vec<_>>(), [0.12, 0.20]);
-    assert!(figure(&at_speeds(&[not_run(Method::Psto, 1.0, 1.0)])).is_none());
+    assert!(figure(&at_speeds(&[not_run(Method::Psto, LONG, 1.0)])).is_none());
 }
 
 #[test]
@@ -160,13 +166,13 @@ fn every_figure_is_drawn_or_says_why_not() {
     let sweep = |method, leg| {
         [1.0, 1.2, 1.4, 1.6].map(|times| walked(method, leg, times, 0.09 * times, 0.5 * times, 1.0 / times))
     };
-    let conditions = [sweep(Method::Psto, 1.0), sweep(Method::Sinusoid, 1.0), sweep(Method::Psto, 0.6)];
+    let conditions = [sweep(Method::Psto, LONG), sweep(Method::Sinusoid, LONG), sweep(Method::Psto, SHORT)];
     let mut study = study(conditions.concat());
     let phase = |row: i32| f64::from(row) / 30.0 * std::f64::consts::TAU;
-    let samples: Vec<Sample> = (0..30).map(|row| [0.5 * phase(row).sin(); 8]).collect();
-    let deviations = vec![[0.1; 8]; 30];
+    let samples: Vec<Sample> = (0..30).map(|row| [0.5 * phase(row).sin(); JOINT_COUNT]).collect();
+    let deviations = vec![[0.1; JOINT_COUNT]; 30];
     study.legs[0].stride =
-        Some(crate::experiment::study::LearnedStride { period_s: 1.5, samples, deviations });
+        Some(crate::experiment::materials::LearnedStride { period_s: 1.5, samples, deviations });
 
     let drawn = all(&study);
 
@@ -196,24 +202,15 @@ fn every_figure_is_drawn_or_says_why_not() {
 
 #[test]
 fn a_study_in_which_nothing_walked_has_no_figure_and_does_not_panic() {
-    let nothing = all(&study(vec![not_run(Method::Psto, 1.0, 1.0)]));
+    let nothing = all(&study(vec![not_run(Method::Psto, LONG, 1.0)]));
 
     assert!(nothing.iter().all(|drawn| drawn.svg.is_err()), "{nothing:?}");
     assert!(all(&study(vec![])).iter().all(|drawn| drawn.svg.is_err()));
-    let mut broken = study(vec![walked(Method::Psto, 1.0, 1.0, f64::NAN, f64::NAN, f64::INFINITY)]);
-    broken.legs[0].stride = Some(crate::experiment::study::LearnedStride {
+    let mut broken = study(vec![walked(Method::Psto, LONG, 1.0, f64::NAN, f64::NAN, f64::INFINITY)]);
+    broken.legs[0].stride = Some(crate::experiment::materials::LearnedStride {
         period_s: f64::NAN,
-        samples: vec![[f64::NAN; 8]; 20],
+        samples: vec![[f64::NAN; JOINT_COUNT]; 20],
         deviations: vec![],
     });
     assert!(all(&broken).iter().any(|drawn| matches!(drawn.svg, Err(Missing::Plot(_)))));
-}
-
-#[test]
-fn methods_have_colours_of_their_own_and_none_is_the_authors() {
-    for (index, method) in Method::ALL.into_iter().enumerate() {
-        let own = colour(method);
-        assert_ne!(own, Colour(0, 0, 0));
-        assert!(Method::ALL[..index].iter().all(|&other| colour(other) != own), "{method:?}");
-    }
 }

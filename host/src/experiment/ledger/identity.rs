@@ -1,10 +1,14 @@
-//! What decides a study, and whether two are the same.
+//! What decides a study, and whether two studies are the same.
+//!
+//! Holds the parts of that identity. Does not depend on trials.
 
 use super::{LedgerError, PLAN};
 use crate::experiment::plan::Plan;
 use crate::experiment::study::Venue;
+use crate::robot::LegScale;
 use crate::run_folder::FileError;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 use std::path::Path;
 
 /// What decides a study: its plan, where it is walked, and by which gaits.
@@ -17,9 +21,15 @@ pub struct Identity {
     /// SHA-256 of each robot's description.
     pub robots: Vec<String>,
     /// Method, legs and SHA-256 of each gait.
-    pub gaits: Vec<(String, f64, String)>,
+    pub gaits: Vec<(String, LegScale, String)>,
     /// SHA-256 of the authors' tables, where they take part.
     pub reference: Option<String>,
+}
+
+/// SHA-256 in hexadecimal digits.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Refuses a folder that holds another study, as far as can be told before there are gaits.

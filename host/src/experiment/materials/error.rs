@@ -4,6 +4,7 @@ use crate::gait::gait_file::GaitFileError;
 use crate::gait::sampled_gait::SampleError;
 use crate::gait::trajectory::TrajectoryError;
 use crate::learn::curves::CurvesError;
+use crate::robot::LegScale;
 use crate::run_folder::FileError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -56,11 +57,11 @@ pub enum MaterialsError {
         source: toml::de::Error,
     },
     /// Legs that nothing comes with.
-    #[error("no gaits come with the program for {robot} with legs of {leg} L")]
+    #[error("no gaits come with the program for {robot} with legs of {leg}")]
     NoneKnown {
         /// Which robot.
         robot: String,
         /// Which legs.
-        leg: f64,
+        leg: LegScale,
     },
 }

@@ -1,11 +1,12 @@
 //! The tables of the report.
 //!
-//! Owns their columns. Each has headers that a screen reader can follow, and
-//! can be pushed sideways where the screen is narrow.
+//! Holds their columns. Each has headers that a screen reader can follow, and
+//! scrolls sideways where the screen is narrow. Does not depend on the rest of
+//! the page.
 
 use super::duration;
-use crate::experiment::books::Books;
-use crate::experiment::figures::best::{HEADER, NOTHING, mean_text, rows};
+use crate::experiment::energy_balance::EnergyBalance;
+use crate::experiment::figures::best::{HEADER, NOTHING, rows};
 use crate::experiment::study::{Claim, LegStudy, Parameter};
 use crate::experiment::summary::{Best, Condition, Mean};
 use maud::{Markup, html};
@@ -92,7 +93,7 @@ pub fn claims(claims: &[Claim]) -> Markup {
 }
 
 /// Where the energy goes, as parts of the cost of transport.
-pub fn books(books: &[Books]) -> Markup {
+pub fn energy_balance(balances: &[EnergyBalance]) -> Markup {
     let table = html! {
         table {
             caption { span {
@@ -101,12 +102,12 @@ pub fn books(books: &[Books]) -> Markup {
             } }
             (head(&[
                 ("legs", true), ("method", false), ("at", true), ("electronics", true), ("slipping soles", true),
-                ("braked legs", true), ("landing feet", true), ("rest", true), ("all", true),
+                ("braking", true), ("landing feet", true), ("rest", true), ("all", true),
             ]))
             tbody {
-                @for of in books {
+                @for of in balances {
                     tr {
-                        td.number { (of.leg) " L" }
+                        td.number { (of.leg) }
                         th scope="row" { (of.method.label()) }
                         td.number { (format!("{:?}\u{d7}", of.amplification)) }
                         @for (_, part) in of.parts() { td.number { (format!("{part:.3}")) } }
@@ -147,7 +148,7 @@ pub fn left_out(conditions: &[Condition]) -> Markup {
 
 fn name(condition: &Condition) -> String {
     let Condition { method, leg, amplification, .. } = condition;
-    format!("{}, {leg} L, {amplification:?}\u{d7}", method.label())
+    format!("{}, {leg}, {amplification:?}\u{d7}", method.label())
 }
 
 /// "2 fell, 1 reversed".
@@ -164,7 +165,7 @@ fn marks(condition: &Condition) -> String {
 
 /// Every condition with its means.
 pub fn conditions(conditions: &[Condition]) -> Markup {
-    let shown = |mean: Option<Mean>| mean.map_or(NOTHING.into(), mean_text);
+    let shown = |mean: Option<Mean>| mean.map_or(NOTHING.into(), |mean| mean.text(3));
     let table = html! {
         table {
             caption { span { "Means over the trials that count, with 95 % intervals." } }
@@ -177,7 +178,7 @@ pub fn conditions(conditions: &[Condition]) -> Markup {
                 @for condition in conditions {
                     tr {
                         th scope="row" { (condition.method.label()) }
-                        td.number { (condition.leg) " L" }
+                        td.number { (condition.leg) }
                         td.number { (format!("{:.1}", condition.amplification)) }
                         td.number { (condition.trials) }
                         td.number { (condition.n) }
@@ -214,7 +215,7 @@ pub fn gaits(legs: &[LegStudy]) -> Markup {
             tbody {
                 @for (leg, gait) in legs.iter().flat_map(|leg| leg.gaits.iter().map(move |gait| (leg, gait))) {
                     tr {
-                        td.number { (leg.leg) " L" }
+                        td.number { (leg.leg) }
                         th scope="row" { (gait.method.label()) }
                         td.number { (format!("{:.3}", gait.period_s)) }
                         td.number { (gait.seed.map_or(NOTHING.into(), |seed| seed.to_string())) }

@@ -1,14 +1,21 @@
 use super::words::{sure, verdicts};
 use super::*;
-use crate::experiment::study::{Claim, GaitNote, LegStudy, Parameter, Venue};
+use crate::experiment::materials::GaitNote;
+use crate::experiment::study::{Claim, LegStudy, Parameter, Venue};
 use crate::experiment::summary::{Condition, Mean};
 use crate::experiment::trial::Mark;
 use crate::experiment::{by_hand, figures};
+use crate::robot::LegScale;
 
 fn condition(method: Method, amplification: f64, cost: f64, speed_m_s: f64, half: f64) -> Condition {
     let [speed_m_s, power_w, cost_of_transport] =
         [speed_m_s, 0.8, cost].map(|figure| by_hand::mean(figure, half));
-    Condition { speed_m_s, power_w, cost_of_transport, ..by_hand::condition(method, 1.0, amplification) }
+    Condition {
+        speed_m_s,
+        power_w,
+        cost_of_transport,
+        ..by_hand::condition(method, LegScale::LONG, amplification)
+    }
 }
 
 fn study(conditions: Vec<Condition>) -> Study {
@@ -27,11 +34,30 @@ fn a_psto_that_loses_is_said_to_lose_and_by_how_much() {
 
     assert_eq!(
         verdict.headline,
-        "The sinusoid gait has the least cost of transport, 0.500 \u{b1} 0.020 at 1.8\u{d7}. PSTO does not beat \
+        "The sinusoid gait has the lowest cost of transport, 0.500 \u{b1} 0.020 at 1.8\u{d7}. PSTO does not beat \
          the sinusoid in cost of transport: 0.600 \u{b1} 0.010 at 2.0\u{d7} against 0.500 \u{b1} 0.020 at \
          1.8\u{d7}, 20.0\u{a0}% higher; the 95\u{a0}% intervals do not overlap. In the paper it is 6.9\u{a0}% lower."
     );
     assert!(verdict.sentences.iter().any(|s| s.starts_with("PSTO does not beat the sinusoid in speed")));
+}
+
+#[test]
+fn a_gait_of_the_users_own_is_called_your_gait() {
+    let own = study(vec![
+        condition(Method::Yours, 2.0, 0.4, 0.12, 0.01),
+        condition(Method::Searched, 1.8, 0.5, 0.13, 0.02),
+    ]);
+
+    let verdict = &verdicts(&own)[0];
+
+    assert!(
+        verdict.headline.starts_with("Your gait has the lowest cost of transport"),
+        "{}",
+        verdict.headline
+    );
+    let said = verdict.sentences.join("\n");
+    assert!(said.contains("that of your gait is 20.0\u{a0}% lower"), "{said}");
+    assert!(said.contains("The searched gait has the second best cost of transport"), "{said}");
 }
 
 #[test]
@@ -85,7 +111,7 @@ fn whatever_comes_from_a_file_is_escaped() {
         prepare_wall_s: Some(61.0),
         remark: Some("27 of 62 rows".into()),
     };
-    study.legs = vec![LegStudy { leg: 1.0, gaits: vec![gait], learning: None, stride: None }];
+    study.legs = vec![LegStudy { leg: LegScale::LONG, gaits: vec![gait], learning: None, stride: None }];
     let mut figures = figures::all(&study);
     figures[0].caption = evil.into();
     figures[4].caption = evil.into();

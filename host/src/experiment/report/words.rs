@@ -1,22 +1,23 @@
-//! What won, by how much, and how sure that is: in sentences, from the numbers.
+//! The result in sentences: what is best, by how much, and how certain that is.
 //!
-//! Owns the wording. A difference whose intervals overlap is called that; where
-//! PSTO does not beat the sinusoid, the sentence begins with it. Refuses to
-//! compare what did not walk.
+//! Holds the wording. A difference whose intervals overlap is called that; where
+//! PSTO does not beat the sinusoid, the sentence begins with it. Does not depend
+//! on the page, and compares nothing that did not walk.
 
-use crate::experiment::books::{Books, differences};
-use crate::experiment::figures::best::mean_text;
-use crate::experiment::figures::points::{in_order, same_leg};
-use crate::experiment::figures::{leg_text, points};
+use crate::experiment::comparison::{Comparison, percent};
+use crate::experiment::energy_balance::{EnergyBalance, differences};
+use crate::experiment::figures::leg_text;
+use crate::experiment::figures::points::in_order;
 use crate::experiment::method::Method;
-use crate::experiment::paper;
 use crate::experiment::study::{Study, Venue};
 use crate::experiment::summary::{Best, Mean};
+use crate::paper;
+use crate::robot::LegScale;
 
-/// What one pair of legs came to.
+/// The result for one pair of legs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Verdict {
-    /// Which.
+    /// Its length, in words.
     pub leg: String,
     /// The outcome in one sentence.
     pub headline: String,
@@ -46,8 +47,8 @@ impl Figure {
         }
     }
 
-    fn papers(self, method: Method, leg: f64) -> Option<f64> {
-        let (cost, speed_m_s) = paper::table_2(method, leg)?;
+    fn papers(self, method: Method, leg: LegScale) -> Option<f64> {
+        let (cost, speed_m_s) = method.table_2(leg)?;
         Some(if self == Self::Cost { cost } else { speed_m_s })
     }
 
@@ -58,45 +59,36 @@ impl Figure {
 
     fn shown(self, mean: Mean, amplification: f64) -> String {
         let unit = if self == Self::Speed { " m/s" } else { "" };
-        format!("{}{unit} at {amplification:?}\u{d7}", mean_text(mean))
+        format!("{}{unit} at {amplification:?}\u{d7}", mean.text(3))
     }
 }
 
 /// By how much `first` differs from `second`, in percent of the latter, and which way.
 fn difference(first: f64, second: f64) -> String {
-    let percent = 100.0 * (first - second).abs() / second.abs();
-    format!("{percent:.1}\u{a0}% {}", if first < second { "lower" } else { "higher" })
-}
-
-/// Whether two intervals lie apart; `None` without intervals.
-fn is_sure(first: Mean, second: Mean) -> Option<bool> {
-    let (a, b) = first.ci95.zip(second.ci95)?;
-    Some((first.mean - second.mean).abs() > a + b)
+    let way = if first < second { "lower" } else { "higher" };
+    format!("{:.1}\u{a0}% {way}", percent(first, second))
 }
 
 /// Whether chance explains a difference.
 #[must_use]
 pub fn sure(first: Mean, second: Mean) -> &'static str {
-    let Some(sure) = is_sure(first, second) else {
-        return "there is no interval for one of them, so chance is not excluded";
-    };
-    if sure {
-        "the 95\u{a0}% intervals do not overlap"
-    } else {
-        "the 95\u{a0}% intervals overlap, so this may be chance"
+    match Comparison::of(first, second).is_apart() {
+        None => "there is no interval for one of them, so chance is not excluded",
+        Some(true) => "the 95\u{a0}% intervals do not overlap",
+        Some(false) => "the 95\u{a0}% intervals overlap, so this may be chance",
     }
 }
 
-/// Of a cost of transport: less is not told.
-const LEAST_TOLD: f64 = 0.0005;
+/// Smaller parts of a cost of transport are left out.
+const LEAST_SHOWN: f64 = 0.0005;
 
 /// Why PSTO and the sinusoid differ, leg by leg.
 #[must_use]
-pub fn reasons(books: &[Books]) -> Vec<String> {
-    let of = |method: Method, leg: f64| books.iter().find(|books| books.method == method && books.leg == leg);
-    let mut legs: Vec<f64> = books.iter().map(|books| books.leg).collect();
+pub fn reasons(balances: &[EnergyBalance]) -> Vec<String> {
+    let of = |method: Method, leg: LegScale| balances.iter().find(|of| of.method == method && of.leg == leg);
+    let mut legs: Vec<LegScale> = balances.iter().map(|of| of.leg).collect();
     legs.dedup();
-    let reason = |leg: f64| {
+    let reason = |leg: LegScale| {
         let (psto, sinusoid) = (of(Method::Psto, leg)?, of(Method::Sinusoid, leg)?);
         let (dearer, cheaper, names) = if psto.total() > sinusoid.total() {
             (psto, sinusoid, ("PSTO", "the sinusoid"))
@@ -109,7 +101,7 @@ pub fn reasons(books: &[Books]) -> Vec<String> {
         };
         let parts: Vec<String> = differences(dearer, cheaper)
             .into_iter()
-            .filter(|(_, more)| more.abs() >= LEAST_TOLD)
+            .filter(|(_, more)| more.abs() >= LEAST_SHOWN)
             .map(told)
             .collect();
         Some(format!(
@@ -127,19 +119,19 @@ pub fn reasons(books: &[Books]) -> Vec<String> {
 /// Every pair of legs, the long first.
 #[must_use]
 pub fn verdicts(study: &Study) -> Vec<Verdict> {
-    let mut legs: Vec<f64> = Vec::new();
+    let mut legs: Vec<LegScale> = Vec::new();
     for best in &study.best {
-        if !legs.iter().any(|&leg| same_leg(leg, best.leg)) {
+        if !legs.contains(&best.leg) {
             legs.push(best.leg);
         }
     }
-    legs.sort_by(|a, b| b.total_cmp(a));
+    legs.sort_by(|a, b| b.cmp(a));
     legs.into_iter().map(|leg| verdict(study, leg)).collect()
 }
 
-fn verdict(study: &Study, leg: f64) -> Verdict {
+fn verdict(study: &Study, leg: LegScale) -> Verdict {
     let of = |figure: Figure| {
-        let own = study.best.iter().filter(|best| same_leg(best.leg, leg));
+        let own = study.best.iter().filter(|best| best.leg == leg);
         let mut found: Vec<(Method, Mean, f64)> =
             own.filter_map(|best| figure.of(best).map(|(mean, times)| (best.method, mean, times))).collect();
         let sign = if figure == Figure::Cost { 1.0 } else { -1.0 };
@@ -152,7 +144,7 @@ fn verdict(study: &Study, leg: f64) -> Verdict {
         Some(&(winner, mean, times)) => {
             let papers = against(Figure::Cost, &costs, Method::Sinusoid, leg);
             let shown = Figure::Cost.shown(mean, times);
-            let first = format!("The {} gait has the least cost of transport, {shown}.", winner.label());
+            let first = format!("{} has the lowest cost of transport, {shown}.", capital(winner.spec().gait));
             papers.map_or(first.clone(), |papers| format!("{first} {papers}"))
         }
     };
@@ -161,7 +153,7 @@ fn verdict(study: &Study, leg: f64) -> Verdict {
     sentences.extend(runner_up(Figure::Cost, &costs));
     sentences.extend(where_psto_leads(study, leg));
     sentences.extend(speeds.first().map(|&(winner, mean, times)| {
-        format!("The {} gait is the fastest, {}.", winner.label(), Figure::Speed.shown(mean, times))
+        format!("{} is the fastest, {}.", capital(winner.spec().gait), Figure::Speed.shown(mean, times))
     }));
     sentences.extend(against(Figure::Speed, &speeds, Method::Sinusoid, leg));
     sentences.extend(against(Figure::Speed, &speeds, Method::Original, leg));
@@ -170,10 +162,10 @@ fn verdict(study: &Study, leg: f64) -> Verdict {
 }
 
 /// PSTO and a rival at their best, the paper's difference beside ours.
-fn against(figure: Figure, found: &[(Method, Mean, f64)], rival: Method, leg: f64) -> Option<String> {
+fn against(figure: Figure, found: &[(Method, Mean, f64)], rival: Method, leg: LegScale) -> Option<String> {
     let get = |method: Method| found.iter().find(|(other, ..)| *other == method);
     let (&(_, ours, our_times), &(_, theirs, their_times)) = (get(Method::Psto)?, get(rival)?);
-    let verb = match (figure.is_better(ours.mean, theirs.mean), is_sure(ours, theirs)) {
+    let verb = match (figure.is_better(ours.mean, theirs.mean), Comparison::of(ours, theirs).is_apart()) {
         (true, Some(true)) => "beats",
         (true, _) => "is ahead of",
         (false, _) => "does not beat",
@@ -191,27 +183,27 @@ fn against(figure: Figure, found: &[(Method, Mean, f64)], rival: Method, leg: f6
     ))
 }
 
-/// The best and the next, where that is not told already: PSTO beside the sinusoid or the original is.
+/// The best and the second best, unless they are PSTO and the sinusoid or the original: these are compared above.
 fn runner_up(figure: Figure, found: &[(Method, Mean, f64)]) -> Option<String> {
     let [(winner, best, _), (next, second, times), ..] = found else { return None };
-    let is_told =
+    let is_compared =
         |a: Method, b: Method| a == Method::Psto && matches!(b, Method::Sinusoid | Method::Original);
-    if is_told(*winner, *next) || is_told(*next, *winner) {
+    if is_compared(*winner, *next) || is_compared(*next, *winner) {
         return None;
     }
     Some(format!(
-        "Next to the {} gait in {} comes the {} gait, {}: that of the best is {}; {}.",
-        winner.label(),
+        "{} has the second best {}, {}: that of {} is {}; {}.",
+        capital(next.spec().gait),
         figure.name(),
-        next.label(),
         figure.shown(*second, *times),
+        winner.spec().gait,
         difference(best.mean, second.mean),
         sure(*best, *second)
     ))
 }
 
 /// At which amplifications PSTO costs less than the sinusoid, and at which not.
-fn where_psto_leads(study: &Study, leg: f64) -> Option<String> {
+fn where_psto_leads(study: &Study, leg: LegScale) -> Option<String> {
     let sinusoid = in_order(&study.conditions, Method::Sinusoid, leg);
     let mut sides: [Vec<String>; 3] = [vec![], vec![], vec![]];
     for condition in in_order(&study.conditions, Method::Psto, leg) {
@@ -221,7 +213,7 @@ fn where_psto_leads(study: &Study, leg: f64) -> Option<String> {
         else {
             continue;
         };
-        let apart = is_sure(ours, theirs) == Some(true);
+        let apart = Comparison::of(ours, theirs).is_apart() == Some(true);
         let side = if apart { usize::from(ours.mean > theirs.mean) } else { 2 };
         sides[side].push(format!("{:?}\u{d7}", condition.amplification));
     }
@@ -235,7 +227,13 @@ fn where_psto_leads(study: &Study, leg: f64) -> Option<String> {
         .then(|| format!("At the same amplification PSTO costs, beside the sinusoid, {}.", said.join("; ")))
 }
 
-/// Where it was walked.
+/// With a capital letter.
+fn capital(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}
+
+/// Where trials were walked.
 #[must_use]
 pub const fn place(venue: Venue) -> &'static str {
     match venue {
@@ -247,7 +245,7 @@ pub const fn place(venue: Venue) -> &'static str {
     }
 }
 
-/// What the numbers are not.
+/// What has to be kept in mind about predictions.
 #[must_use]
 pub fn caveat(study: &Study) -> Option<String> {
     if study.venue == Venue::Robot {
@@ -290,14 +288,14 @@ pub fn listed(items: &[String]) -> String {
 #[must_use]
 pub fn methods(study: &Study) -> Vec<Method> {
     let planned = |method: &Method| study.conditions.iter().any(|condition| condition.method == *method);
-    Method::ALL.into_iter().filter(planned).collect()
+    Method::all().filter(planned).collect()
 }
 
 /// Legs that the study planned, the long first.
 #[must_use]
 pub fn legs(study: &Study) -> Vec<String> {
-    let mut all: Vec<f64> = study.conditions.iter().map(|condition| condition.leg).collect();
-    all.sort_by(|a, b| b.total_cmp(a));
-    all.dedup_by(|a, b| points::same_leg(*a, *b));
+    let mut all: Vec<LegScale> = study.conditions.iter().map(|condition| condition.leg).collect();
+    all.sort_by(|a, b| b.cmp(a));
+    all.dedup();
     all.into_iter().map(leg_text).collect()
 }

@@ -1,8 +1,8 @@
 //! Least squares in the Chebyshev basis, with or without a continuous seam.
 //!
-//! Owns the linear algebra: one QR decomposition for all joints. The seam's
-//! two conditions are solved for two coefficients beforehand, so they hold to
-//! rounding and no weight has to be chosen.
+//! One QR decomposition serves all joints. The seam's two conditions are solved for
+//! two coefficients beforehand, so they hold to rounding and no weight has to be
+//! chosen. Does not depend on units.
 
 use super::Seam;
 use nalgebra::{DMatrix, DVector};

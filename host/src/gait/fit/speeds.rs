@@ -1,11 +1,11 @@
 //! How fast a gait turns the joints, and up to which amplitude servos follow.
 //!
-//! Owns the two peaks of a joint: along its curve, and in the frame in which
-//! one stride's end becomes the next one's start. They are kept apart, for a
-//! servo that is too slow for the curve lags all along, while one that meets a
-//! jump catches up a few frames later. What is left of that frame without the
-//! jump is curve: where strides meet, nothing is left out. Angles are the
-//! robot's own, as [`Playable`] has them. Refuses nothing.
+//! Holds two peaks for each joint: along its curve, and in the frame in which one
+//! stride's end becomes the next one's start. They are kept apart: a servo that is
+//! too slow for the curve lags all the time, while one that meets a jump catches up
+//! a few frames later. The rest of that frame's movement, without the jump, counts as
+//! curve. Angles are the robot's own, from [`Playable`]. Does not depend on a robot's
+//! description.
 
 use crate::gait::gait_file::limits::round_down;
 use crate::gait::gait_player::Playable;

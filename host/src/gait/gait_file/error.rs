@@ -11,116 +11,58 @@ use thiserror::Error;
 
 /// Why a gait was refused.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum GaitFileError {
     /// The file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The text is no gait file.
-    #[error("{path} is no gait file")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<toml::de::Error>,
-    },
-    /// The bytes are no gait table.
-    #[error("{path} is no gait table, or was damaged ({len} bytes): {}", describe(*.reason))]
-    Bytes {
-        /// Which file.
-        path: PathBuf,
-        /// How long it is.
-        len: usize,
-        /// What is wrong with it.
-        reason: GaitError,
-    },
+    /// The text is not a gait file.
+    #[error("{path} is not a gait file")]
+    Parse { path: PathBuf, source: Box<toml::de::Error> },
+    /// The bytes are not a gait table.
+    #[error("{path} is not a gait table, or is damaged ({len} bytes): {}", describe(*.reason))]
+    Bytes { path: PathBuf, len: usize, reason: GaitError },
     /// The file can be read, but its values cannot be played.
     #[error("{path} cannot be used")]
-    Unusable {
-        /// Which file.
-        path: PathBuf,
-        /// Which value, and why.
-        source: UnusableGait,
-    },
+    Unusable { path: PathBuf, source: UnusableGait },
 }
 
 /// Which value of a gait cannot be played.
 #[derive(Debug, Clone, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum UnusableGait {
-    /// Written for another version of this program.
+    /// Another version of the format.
     #[error("its version is {found}; this program reads version {FILE_VERSION}")]
-    Version {
-        /// What the file says.
-        found: u32,
-    },
-    /// The robot could not show it.
+    Version { found: u32 },
+    /// A name that the robot cannot store.
     #[error("its name is {name:?}; a name is 1 to {} printable ASCII characters", Name::CAPACITY)]
-    Name {
-        /// What the file says.
-        name: String,
-    },
+    Name { name: String },
     /// A number of the whole gait is out of its range.
     #[error("{field} is {value}; it must be within {min} to {max}")]
-    Value {
-        /// Which number.
-        field: &'static str,
-        /// What the file says.
-        value: f64,
-        /// Least allowed.
-        min: f64,
-        /// Most allowed.
-        max: f64,
-    },
+    Value { field: &'static str, value: f64, min: f64, max: f64 },
     /// Not eight joints.
     #[error("it has {found} joints; the Ant has {JOINT_COUNT}: hip1 to hip4 and knee1 to knee4")]
-    JointCount {
-        /// How many the file has.
-        found: usize,
-    },
-    /// A name that is no joint's.
+    JointCount { found: usize },
+    /// A name that is not a joint's.
     #[error("it names a joint {name:?}; joints are hip1 to hip4 and knee1 to knee4")]
-    UnknownJoint {
-        /// What the file says.
-        name: String,
-    },
+    UnknownJoint { name: String },
     /// The same joint twice.
     #[error("it has {joint} twice")]
-    RepeatedJoint {
-        /// Which.
-        joint: &'static str,
-    },
+    RepeatedJoint { joint: &'static str },
     /// Not a degree-10 series.
     #[error("{joint} has {found} coefficients; a degree-10 curve has {COEFFICIENT_COUNT}")]
-    CoefficientCount {
-        /// Which joint.
-        joint: &'static str,
-        /// How many the file has.
-        found: usize,
-    },
+    CoefficientCount { joint: &'static str, found: usize },
     /// A number of one joint is out of its range.
     #[error("{joint}: {field} is {value}; it must be within {min} to {max} degrees")]
-    JointValue {
-        /// Which joint.
-        joint: &'static str,
-        /// Which number.
-        field: &'static str,
-        /// What the file says.
-        value: f64,
-        /// Least allowed.
-        min: f64,
-        /// Most allowed.
-        max: f64,
-    },
+    JointValue { joint: &'static str, field: &'static str, value: f64, min: f64, max: f64 },
     /// The curve swings wider than any servo.
     #[error(
         "{joint}: the curve swings {deviation_deg:.1} degrees from its centre at amplitude 1.0; \
          a table holds at most {MAX_DEVIATION_DEG}"
     )]
-    Deviation {
-        /// Which joint.
-        joint: &'static str,
-        /// How far it swings.
-        deviation_deg: f64,
-    },
+    Deviation { joint: &'static str, deviation_deg: f64 },
 }
 
 /// A robot's verdict on a table, in words.

@@ -1,7 +1,7 @@
 //! How far a gait may be amplified before a joint leaves its limits.
 //!
-//! Owns the extremes of the curves and the refusal that names them; the limits
-//! themselves are data of the gait file.
+//! Holds the extremes of the curves. Does not depend on a robot: the limits are data
+//! of the gait file.
 
 use super::{GaitFile, JointSeries};
 use protocol::{Amplitude, Joint};

@@ -1,6 +1,7 @@
-//! One joint's curve in degrees: its values, and what a table holds of it.
+//! One joint's curve in degrees: its values in f64, and its entry in a robot's table.
 //!
-//! Owns the f64 evaluation. Refuses coefficients and limits that no table holds.
+//! Coefficients and limits that no table holds are an error. Does not depend on the
+//! file format.
 
 use super::UnusableGait;
 use protocol::JointCurve;

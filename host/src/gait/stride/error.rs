@@ -1,10 +1,12 @@
 //! Why motion makes no stride, with what was found instead.
 
-use super::{MAX_PERIOD_S, MIN_LIKENESS, MIN_PERIOD_S, STILL_RMS, window};
+use super::{MAX_PERIOD_S, MIN_CORRELATION, MIN_PERIOD_S, MIN_WINDOW_S, STILL_RMS};
 use thiserror::Error;
 
-/// Why there is no stride.
+/// Why no stride was found.
 #[derive(Debug, Clone, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum StrideError {
     /// Nothing moves.
     #[error("the joints hardly move: {rms:.4} in action units (rms), at least {STILL_RMS} is needed")]
@@ -14,13 +16,12 @@ pub enum StrideError {
     },
     /// Nothing repeats.
     #[error(
-        "the motion does not repeat: the best likeness between {MIN_PERIOD_S} and {MAX_PERIOD_S} s is \
-         {likeness:.2} at {period_s:.2} s, at least {MIN_LIKENESS} is needed"
+        "the motion does not repeat: the best correlation between {MIN_PERIOD_S} and {MAX_PERIOD_S} s is \
+         {correlation:.2} at {period_s:.2} s, at least {MIN_CORRELATION} is needed"
     )]
     NotPeriodic {
         /// Best normalised correlation found.
-        likeness: f64,
-        /// Where.
+        correlation: f64,
         period_s: f64,
     },
     /// It repeats, but strides differ.
@@ -28,7 +29,6 @@ pub enum StrideError {
     Unlike {
         /// Strides like the average.
         kept: usize,
-        /// All strides.
         found: usize,
         /// The common period.
         period_s: f64,
@@ -40,7 +40,6 @@ pub enum StrideError {
     WindowsUnlike {
         /// Trials with a window like the average.
         kept: usize,
-        /// All trials.
         found: usize,
         /// Of the window.
         window_s: f64,
@@ -48,7 +47,7 @@ pub enum StrideError {
     /// No room to move the window in.
     #[error(
         "a window of {window_s} s cannot be laid over trials of {duration_s:.2} s: it lasts {} to {most_s:.2} s",
-        window::MIN_WINDOW_S
+        MIN_WINDOW_S
     )]
     Window {
         /// Asked for.
@@ -58,7 +57,7 @@ pub enum StrideError {
         /// The longest window that leaves a stride to move it in.
         most_s: f64,
     },
-    /// Too little to look at.
+    /// Too short for three strides.
     #[error("the longest trial lasts {duration_s:.2} s; three strides need more")]
     TooShort {
         /// Of the longest trial.

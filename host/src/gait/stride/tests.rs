@@ -63,7 +63,7 @@ fn the_fundamental_wins_over_its_multiples() {
     }
 }
 
-/// Every second step is the other pair of legs: half a stride is no stride.
+/// Every second step is the other pair of legs: half a stride is not a stride.
 #[test]
 fn a_stride_whose_halves_mirror_each_other_is_not_cut_in_two() {
     let trot = |joint: usize, phase: f64| {
@@ -87,7 +87,7 @@ fn noise_is_not_periodic_and_standing_is_still() {
 
 #[test]
 fn trials_too_short_to_compare_strides_are_refused() {
-    let short: Vec<Vec<Sample>> = vec![vec![[0.0; 8]; 30]];
+    let short: Vec<Vec<Sample>> = vec![vec![[0.0; JOINT_COUNT]; 30]];
 
     assert!(matches!(average(&short, RATE_HZ), Err(StrideError::TooShort { .. })));
     assert!(matches!(average(&[], RATE_HZ), Err(StrideError::TooShort { .. })));
@@ -135,7 +135,7 @@ fn a_window_over_trials_that_start_anywhere_averages_to_the_gait_behind_them() {
     assert!(error < 0.04, "{error}");
     // Uniform noise of 0.05 has a deviation of 0.029.
     assert!(stride.spread.iter().all(|&s| (0.01..0.04).contains(&s)), "{:?}", stride.spread);
-    assert!(stride.likeness > 0.98, "{}", stride.likeness);
+    assert!(stride.correlation > 0.98, "{}", stride.correlation);
 }
 
 /// Of motion without a stride only one place in a trial is alike.
@@ -155,7 +155,7 @@ fn a_window_finds_the_one_place_in_which_trials_are_alike() {
     let stride = window::average(&trials, RATE_HZ, 3.0).unwrap();
 
     assert_eq!(stride.averaged, 12);
-    assert!(stride.likeness > 0.999, "{}", stride.likeness);
+    assert!(stride.correlation > 0.999, "{}", stride.correlation);
     assert!(stride.spread.iter().all(|&s| s < 0.01), "{:?}", stride.spread);
 }
 
@@ -189,7 +189,7 @@ fn a_window_that_cannot_be_moved_by_a_stride_is_refused() {
         assert!(matches!(refused, Err(StrideError::Window { .. })), "{refused:?}");
     }
     assert!(matches!(window::average(&[], RATE_HZ, 4.0), Err(StrideError::Window { .. })));
-    let still = vec![vec![[0.1; 8]; 540]; 3];
+    let still = vec![vec![[0.1; JOINT_COUNT]; 540]; 3];
     assert!(matches!(window::average(&still, RATE_HZ, 4.0), Err(StrideError::Still { .. })));
 }
 

@@ -8,28 +8,21 @@ use thiserror::Error;
 
 /// Why a trajectory was refused.
 #[derive(Debug, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum TrajectoryError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
     /// The text is not CSV.
-    #[error("{path} is no CSV file")]
-    Csv {
-        /// Which file.
-        path: PathBuf,
-        /// Where and why.
-        source: csv::Error,
-    },
+    #[error("{path} is not a CSV file")]
+    Csv { path: PathBuf, source: csv::Error },
     /// There is nothing in it.
     #[error("{path} has no rows")]
-    Empty {
-        /// Which file.
-        path: PathBuf,
-    },
-    /// Numbers from the first line on, and nobody said what they are.
+    Empty { path: PathBuf },
+    /// Numbers from the first line on, without a header.
     #[error("{path} has no header: its first line is {first_line:?}")]
     NoHeader {
-        /// Which file.
         path: PathBuf,
         /// What stands where the header should.
         first_line: String,
@@ -45,9 +38,7 @@ pub enum TrajectoryError {
     /// Not all eight joints are there.
     #[error("{path} has {found} of {JOINT_COUNT} joints: {missing} missing; its columns are {columns}")]
     MissingJoints {
-        /// Which file.
         path: PathBuf,
-        /// How many there are.
         found: usize,
         /// Which are not.
         missing: String,
@@ -57,7 +48,6 @@ pub enum TrajectoryError {
     /// Two columns for the same thing.
     #[error("{path} has {name} twice: columns {first} and {second}")]
     RepeatedColumn {
-        /// Which file.
         path: PathBuf,
         /// Joint or time.
         name: &'static str,
@@ -69,9 +59,7 @@ pub enum TrajectoryError {
     /// A row is longer or shorter than the header.
     #[error("{path}, line {line}: {found} values where there are {expected} columns")]
     RowLength {
-        /// Which file.
         path: PathBuf,
-        /// Which line.
         line: u64,
         /// Columns.
         expected: usize,
@@ -79,13 +67,10 @@ pub enum TrajectoryError {
         found: usize,
     },
     /// Text, NaN or infinity where a number belongs.
-    #[error("{path}, line {line}: {column} is {text:?}, which is no finite number")]
+    #[error("{path}, line {line}: {column} is {text:?}, which is not a finite number")]
     Number {
-        /// Which file.
         path: PathBuf,
-        /// Which line.
         line: u64,
-        /// Which column.
         column: &'static str,
         /// What stands there.
         text: String,

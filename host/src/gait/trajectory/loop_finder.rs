@@ -1,8 +1,8 @@
-//! Finds one stride in a recording that goes on for many.
+//! Finds one stride in a recording of many.
 //!
-//! Owns the search: the stride's length from the autocorrelation of all joints
-//! together, its place from the best seam. Refuses recordings that do not
-//! repeat: a fit over half a stride would walk like nothing on earth.
+//! The length comes from the autocorrelation of all joints together, the place from
+//! the best seam. A recording that does not repeat is an error: half a stride, fitted,
+//! is not a gait. Does not depend on files.
 
 use protocol::JOINT_COUNT;
 use std::ops::Range;
@@ -28,19 +28,15 @@ pub struct Loop {
 
 /// Why no loop was found.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+// The messages say what each field is.
+#[allow(missing_docs)]
 pub enum NoLoop {
     /// Two strides are the least to see one repeat.
     #[error("{rows} rows are too few to find a loop in: two strides of {MIN_LOOP_ROWS} rows are the least")]
-    TooShort {
-        /// How many there are.
-        rows: usize,
-    },
+    TooShort { rows: usize },
     /// Every joint stands still.
     #[error("no joint moves in these {rows} rows")]
-    NoMovement {
-        /// How many there are.
-        rows: usize,
-    },
+    NoMovement { rows: usize },
     /// Nothing repeats well enough.
     #[error(
         "the recording does not repeat: at best, after {lag_rows} rows, it correlates {correlation:.2} with itself; \
@@ -85,7 +81,7 @@ pub fn find_loop(actions: &[[f64; JOINT_COUNT]]) -> Result<Loop, NoLoop> {
         return Err(NoLoop::NotPeriodic { lag_rows, correlation });
     }
 
-    // The true stride is no whole number of rows: its neighbours may close better somewhere.
+    // The true stride is not a whole number of rows: its neighbours may close better somewhere.
     let lags = (lag_rows - 1).max(MIN_LOOP_ROWS)..=(lag_rows + 1).min(count - 3);
     let seams = lags.flat_map(|lag| (1..count - lag - 1).map(move |first| (first, lag)));
     let scored = seams.map(|(first, lag)| (seam_square(&centred, first, lag), first, lag));

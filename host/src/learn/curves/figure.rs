@@ -1,31 +1,31 @@
 //! The paper's Figure 3: evaluation reward and speed over updates.
 //!
-//! Owns what is in it; how it looks is [`crate::plot`]'s. Where a seed is behind
-//! the others, the mean over the rest is dashed: it is not the mean over all;
-//! where a single one is left, nothing is shaded.
+//! Holds its contents; [`crate::plot`] draws them. Does not depend on the learner. Where
+//! a seed has fewer evaluations, the mean over the others is dashed, because it is not
+//! the mean over all; where one seed is left, nothing is shaded.
 
 use super::{Row, RunCurves, Score, Spread};
 use crate::plot::{Axis, Entry, Figure, Layer, Mark, PALETTE, Panel};
 use thiserror::Error;
 
 const PANEL_PX: (u32, u32) = (820, 320);
-/// Control steps may be this share of all off a straight line over updates.
+/// Maximum deviation of the control steps from a straight line over updates, as a share of all.
 const STRAIGHT: f64 = 0.005;
 
-/// Curves that nobody can tell apart.
+/// More runs than the palette has colours.
 #[derive(Debug, PartialEq, Eq, Error)]
-#[error("{runs} runs in one figure cannot be told apart, {} can", PALETTE.len())]
+#[error("{runs} runs in one figure are too many: there are {} colours", PALETTE.len())]
 pub struct TooManyRuns {
-    /// How many there are.
+    /// Number of runs.
     pub runs: usize,
 }
 
-/// What is shaded about a mean.
+/// What is shaded around a mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Band {
     /// One standard deviation either way.
     Deviation,
-    /// From the least to the most.
+    /// From minimum to maximum.
     Range,
 }
 
@@ -33,15 +33,15 @@ impl Band {
     fn edges(self, spread: &Spread) -> (f64, f64) {
         match self {
             Self::Deviation => (spread.mean - spread.deviation, spread.mean + spread.deviation),
-            Self::Range => (spread.least, spread.most),
+            Self::Range => (spread.min, spread.max),
         }
     }
 }
 
-/// Both panels.
+/// The figure, a panel for reward and one for speed.
 ///
 /// # Errors
-/// [`TooManyRuns`]
+/// [`TooManyRuns`] if there are more runs than colours.
 pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
     if runs.len() > PALETTE.len() {
         return Err(TooManyRuns { runs: runs.len() });
@@ -52,7 +52,7 @@ pub fn of(runs: &[RunCurves], band: Band) -> Result<Figure, TooManyRuns> {
     let panel = |title: &str, label: &str, top: Option<Axis>, of: fn(&Score) -> &Spread| {
         let mut layers = Vec::new();
         for (rows, colour) in rows.iter().zip(PALETTE) {
-            // One seed has no spread: a band of no width would look certain.
+            // One seed has no spread; a band of no width would suggest certainty.
             let spread = rows.iter().take_while(|row| row.seeds > 1);
             if spread.clone().nth(1).is_none() {
                 continue;
@@ -103,21 +103,21 @@ fn legend(runs: &[RunCurves], rows: &[Vec<Row>], band: Band) -> Vec<Entry> {
     if runs.iter().any(|run| run.seeds.len() > 1) {
         let label = match band {
             Band::Deviation => "shaded: \u{b1} 1 standard deviation over seeds",
-            Band::Range => "shaded: least to most of the seeds",
+            Band::Range => "shaded: minimum to maximum over seeds",
         };
         entries.push(Entry { label: label.into(), marks: vec![(Mark::Band, grey)] });
     }
     let behind = |(run, rows): (&RunCurves, &Vec<Row>)| rows.iter().any(|row| row.seeds < run.seeds.len());
     if runs.iter().zip(rows).any(behind) {
-        let label = "dashed: mean over the seeds that came so far";
+        let label = "dashed: mean over the seeds with this evaluation";
         entries.push(Entry { label: label.into(), marks: vec![(Mark::Dashes, grey)] });
     }
     entries
 }
 
-/// Control steps along the top, where they grow evenly with the updates and alike in all runs.
+/// Control steps along the top, if they are the same linear function of the updates in all runs.
 fn steps_axis(rows: &[Vec<Row>], x: &Axis) -> Option<Axis> {
-    // Nothing was learned during the warm-up: the first row lies off the line.
+    // The first row is before or at the end of the warm-up, which has steps but no updates.
     let learned = || rows.iter().flatten().filter(|row| row.updates > 0);
     let first = learned().min_by_key(|row| row.updates)?;
     let last = learned().max_by_key(|row| row.updates).filter(|last| last.updates > first.updates)?;

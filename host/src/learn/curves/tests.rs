@@ -49,12 +49,12 @@ fn two_seeds_give_their_mean_and_spread() {
     assert_eq!(means, [15.0, 30.0, 40.0]);
     let row = run.rows()[1];
     assert_eq!((row.updates, row.env_steps, row.seeds), (2500, 26_000, 2));
-    let Spread { mean, deviation, least, most } = row.score.speed_m_s;
+    let Spread { mean, deviation, min, max } = row.score.speed_m_s;
     assert!((mean - 0.3).abs() < 1e-12 && (deviation - 0.02_f64.sqrt()).abs() < 1e-12, "{mean} {deviation}");
-    assert_eq!((least, most), (0.2, 0.4));
+    assert_eq!((min, max), (0.2, 0.4));
     assert_eq!(run.last().reward.mean, 40.0);
     // 40 of the first, 50 of the second.
-    assert_eq!(run.best().reward, Spread { mean: 45.0, deviation: 50_f64.sqrt(), least: 40.0, most: 50.0 });
+    assert_eq!(run.best().reward, Spread { mean: 45.0, deviation: 50_f64.sqrt(), min: 40.0, max: 50.0 });
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_single_run_is_a_curve_without_spread() {
     let run = read(folder.path()).unwrap();
 
     assert_eq!(run.seeds.len(), 1);
-    assert_eq!(run.last().reward, Spread { mean: 2.0, deviation: 0.0, least: 2.0, most: 2.0 });
+    assert_eq!(run.last().reward, Spread { mean: 2.0, deviation: 0.0, min: 2.0, max: 2.0 });
 }
 
 #[test]

@@ -1,32 +1,33 @@
 //! The paper's Figure 4: eight joints, samples, spread and curve.
 //!
-//! Owns what is in it; how it looks is [`crate::plot`]'s. All panels have the
-//! same axes, so that strokes can be compared.
+//! Holds its contents; [`crate::plot`] draws them. Does not depend on the simulation.
+//! All panels have the same axes, so that strokes can be compared.
 
 use super::{ACTION_DEG, Recording, fit_with};
 use crate::gait::fit::{JointFit, Seam};
+use crate::gait::policy_record::RecordSummary;
 use crate::gait::stride::Sample;
 use crate::plot::{Axis, BLUE, Colour, Entry, Figure, Layer, Mark, PALETTE, Panel, VERMILION};
-use protocol::{JOINT_COUNT, Joint};
+use protocol::{JOINT_COUNT, Joint, LEG_COUNT};
 
-/// Legs as they stand around the body, in the order of their numbers.
-const LEGS: [&str; 4] = ["front left", "rear left", "rear right", "front right"];
+/// Places of legs 1 to 4.
+const LEGS: [&str; LEG_COUNT] = ["front left", "rear left", "rear right", "front right"];
 /// Points that a curve is drawn through.
 const CURVE_POINTS: usize = 240;
 const PANEL_PX: (u32, u32) = (430, 220);
-/// Of the curve whose ends are free.
+/// Colour of the curve whose ends are free.
 const FREE: Colour = PALETTE[6];
 
-/// What is drawn: a recording, or a stride that is left of one.
+/// What is drawn: a recording, or a stride alone.
 struct Shown<'a> {
     title: String,
     period_s: f64,
-    /// A window's ends do not meet.
+    /// Whether it is a window, whose ends need not meet.
     is_window: bool,
     samples: &'a [Sample],
     deviations: &'a [Sample],
     fits: Option<&'a [JointFit; JOINT_COUNT]>,
-    /// The same with ends that need not meet.
+    /// The curves whose ends need not meet.
     free: Option<&'a [JointFit; JOINT_COUNT]>,
     r2: [Option<f64>; JOINT_COUNT],
 }
@@ -45,17 +46,17 @@ pub fn of(recording: &Recording) -> Figure {
 fn shown(recording: &Recording) -> Shown<'_> {
     Shown {
         title: title(recording),
-        period_s: recording.period_s,
-        is_window: recording.window_s.is_some(),
+        period_s: recording.summary.period_s,
+        is_window: recording.summary.window_s.is_some(),
         samples: &recording.samples,
         deviations: &recording.deviations,
         fits: recording.fits.as_ref().ok(),
         free: None,
-        r2: recording.polynomial_r2,
+        r2: recording.summary.polynomial_r2,
     }
 }
 
-/// A stride alone: both curves, that which closes and that of PSTO.
+/// A stride alone, with the continuous curve and PSTO's free one.
 pub fn of_stride(title: String, period_s: f64, samples: &[Sample], deviations: &[Sample]) -> Figure {
     let fits = fit_with(samples, Seam::usual(false)).ok();
     let free = fit_with(samples, Seam::Free).ok();
@@ -102,7 +103,8 @@ fn draw(shown: &Shown) -> Figure {
             notes: vec![],
         }
     };
-    let panels = (0..4).flat_map(|leg| [panel(leg, Joint::ALL[leg]), panel(leg, Joint::ALL[leg + 4])]);
+    let panels =
+        (0..LEG_COUNT).flat_map(|leg| [panel(leg, Joint::ALL[leg]), panel(leg, Joint::ALL[leg + LEG_COUNT])]);
     Figure {
         title: shown.title.clone(),
         legend: legend(shown),
@@ -113,8 +115,8 @@ fn draw(shown: &Shown) -> Figure {
 }
 
 fn title(recording: &Recording) -> String {
-    let Recording { period_s, strides_averaged, trials, .. } = recording;
-    match recording.window_s {
+    let RecordSummary { period_s, strides_averaged, trials, window_s, .. } = &recording.summary;
+    match window_s {
         None => format!("Learned stride of {period_s:.3} s: {strides_averaged} strides of {trials} trials"),
         Some(_) => {
             format!("Learned gait, a window of {period_s:.3} s: {strides_averaged} of {trials} trials")
@@ -148,7 +150,7 @@ fn curves(shown: &Shown, joint: Joint) -> Curves {
     let pairs = angles.iter().zip(&spreads).enumerate();
     let mut band: Vec<_> =
         pairs.map(|(row, (angle, spread))| (time_s(row), angle - spread, angle + spread)).collect();
-    // A stride closes on itself: where it ends, the next begins. A window does not.
+    // A stride is periodic: the next begins where it ends. A window is not.
     if !shown.is_window
         && let Some(&(_, low, high)) = band.first()
     {
@@ -162,12 +164,12 @@ fn curves(shown: &Shown, joint: Joint) -> Curves {
             phases.map(|phase| (phase * last_s, series.centre_deg + series.deviation_deg(phase))).collect()
         })
     };
-    // A stride's curve ends where the next begins, a window's or a free one at its last sample.
+    // A stride's curve ends where the next stride begins, that of a window or a free one at the last sample.
     let last_s = if shown.is_window { last_sample_s } else { shown.period_s };
     Curves { dots, band, curve: curve(shown.fits, last_s), free: curve(shown.free, last_sample_s) }
 }
 
-/// Where a joint's curve ends.
+/// Last point of a joint's curve: time and angle.
 #[cfg(test)]
 pub fn curve_end(recording: &Recording, joint: Joint) -> Option<(f64, f64)> {
     curves(&shown(recording), joint).curve.last().copied()

@@ -1,20 +1,18 @@
-//! What a recording leaves in the run's folder.
+//! The files that a recording writes into the run folder.
 //!
-//! Owns the files' names and shapes: `trajectory.csv` and beside it, row by row,
-//! `trajectory-spread.csv`; `record.json`; and the picture. The spread has a
-//! file of its own because other columns in `trajectory.csv` would make it a
-//! recording of somebody else's, in which `fit` looks for a stride.
+//! Holds `trajectory.csv` and, row by row, `trajectory-spread.csv`, `record.json` and the
+//! picture. Does not depend on the simulation. The spread has its own file, because with
+//! additional columns in `trajectory.csv` `fit` would not take it as one of our strides.
 
 use super::{RecordError, Recording, figure};
+use crate::gait::policy_record::{PolicyRecord, RECORD};
 use crate::gait::stride::Sample;
 use crate::run_folder;
 use protocol::Joint;
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
 
-/// What the recording came to, beside the trajectory.
-pub const RECORD: &str = "record.json";
-/// Standard deviation of every value of the trajectory.
+/// Standard deviation of each value of the trajectory.
 pub const SPREAD: &str = "trajectory-spread.csv";
 /// The paper's Figure 4.
 pub const FIGURE: &str = "trajectory.svg";
@@ -28,14 +26,15 @@ impl Recording {
     pub fn save(&self, run: &Path) -> Result<(), RecordError> {
         let svg = figure::of(self).to_svg()?;
         let trajectory = self.to_csv(&self.samples);
-        let mut description = serde_json::json!(self);
-        // Which file it is of: `fit` compares with no other.
-        description["trajectory_sha256"] = hex(&Sha256::digest(&trajectory)).into();
+        let record = PolicyRecord {
+            summary: self.summary.clone(),
+            trajectory_sha256: hex(&Sha256::digest(&trajectory)),
+        };
         let files = [
             (run_folder::TRAJECTORY, trajectory),
             (SPREAD, self.to_csv(&self.deviations)),
             (FIGURE, svg),
-            (RECORD, format!("{description:#}\n")),
+            (RECORD, format!("{:#}\n", serde_json::json!(record))),
         ];
         for (name, contents) in files {
             run_folder::write(&run.join(name), contents.as_bytes())?;
@@ -43,7 +42,7 @@ impl Recording {
         Ok(())
     }
 
-    /// One stride, a row a sample: time, then every joint in action units.
+    /// CSV with a row a sample: time, then every joint in action units.
     pub(super) fn to_csv(&self, rows: &[Sample]) -> String {
         let mut csv = String::from("time_s");
         for joint in Joint::ALL {
@@ -64,7 +63,7 @@ impl Recording {
 
     /// Time between samples.
     pub(super) fn interval_s(&self) -> f64 {
-        self.period_s / self.samples.len() as f64
+        self.summary.period_s / self.samples.len() as f64
     }
 }
 

@@ -1,5 +1,7 @@
 use super::*;
+use crate::gait::policy_record::{PolicyRecord, RECORD};
 use crate::learn::td3::policy::DenseLayer;
+use crate::robot::LegScale;
 use protocol::Joint;
 
 /// Asks for the same pose whatever it sees: `observations` in, 8 out.
@@ -8,7 +10,7 @@ fn statue(observations: usize) -> Policy {
 }
 
 fn ant() -> Robot {
-    Robot::ant(1.0).unwrap()
+    Robot::ant(LegScale::LONG).unwrap()
 }
 
 #[test]
@@ -59,7 +61,7 @@ fn recording(samples: Vec<Sample>) -> Recording {
 
 fn recording_of(samples: Vec<Sample>, window_s: Option<f64>) -> Recording {
     let fits = fit_samples(&samples, window_s);
-    Recording {
+    let summary = RecordSummary {
         period_s: 0.5,
         window_s,
         strides_in_window: None,
@@ -67,17 +69,15 @@ fn recording_of(samples: Vec<Sample>, window_s: Option<f64>) -> Recording {
         fell: 0,
         strides_averaged: 1,
         strides_left_out: 0,
-        likeness: 1.0,
+        correlation: 1.0,
         spread: [0.1; 8],
         spread_deg: [4.5; 8],
         polynomial_r2: [Some(0.5); 8],
         speed_m_s: 0.1,
         reward_per_step: 0.0,
         power_w: 1.0,
-        deviations: vec![[0.1; 8]; samples.len()],
-        samples,
-        fits,
-    }
+    };
+    Recording { summary, deviations: vec![[0.1; 8]; samples.len()], samples, fits }
 }
 
 fn wave(rows: usize) -> Vec<Sample> {
@@ -137,12 +137,12 @@ fn a_recording_leaves_its_files_in_the_run() {
 
     let lines = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap().lines().count();
     assert_eq!((lines(crate::run_folder::TRAJECTORY), lines(SPREAD)), (31, 31));
-    let record: serde_json::Value =
+    let record: PolicyRecord =
         serde_json::from_slice(&std::fs::read(folder.path().join(RECORD)).unwrap()).unwrap();
-    assert_eq!(record["spread_deg"][0], 4.5);
+    assert_eq!(record.summary, recording(wave(30)).summary);
     let trajectory = folder.path().join(crate::run_folder::TRAJECTORY);
     let read = crate::gait::trajectory::Trajectory::read(&trajectory, None).unwrap();
-    assert_eq!(record["trajectory_sha256"], read.sha256);
+    assert_eq!(record.trajectory_sha256, read.sha256);
     assert!(lines(FIGURE) > 100);
 }
 

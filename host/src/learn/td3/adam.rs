@@ -1,15 +1,15 @@
-//! Adam over one flat run of parameters.
+//! Adam over one flat slice of parameters.
 //!
-//! Owns the two moments and the step count, which a resumed run needs back bit
-//! for bit.
+//! Holds the two moments and the step count, which a resumed run needs bit for bit.
+//! Does not depend on networks.
 
 use super::kernels::{self, AdamStep};
 
-/// Decay of the mean of the derivatives.
+/// Decay of the first moment.
 pub(super) const BETA1: f64 = 0.9;
-/// Decay of the mean of their squares.
+/// Decay of the second moment.
 pub(super) const BETA2: f64 = 0.999;
-/// Keeps the division finite.
+/// Avoids a division by zero.
 pub(super) const EPSILON: f64 = 1e-8;
 
 /// The optimiser's state for one network.
@@ -21,14 +21,14 @@ pub struct Adam {
     pub(super) learning_rate: f64,
     /// Steps taken.
     pub steps: u64,
-    /// First moment, as long as the parameters.
+    /// First moment, one number a parameter.
     pub mean: Vec<f32>,
-    /// Second moment, as long as the parameters.
+    /// Second moment, one number a parameter.
     pub square: Vec<f32>,
 }
 
 impl Adam {
-    /// An optimiser of so many parameters that has seen nothing yet.
+    /// An optimiser of so many parameters before its first step.
     pub fn new(parameters: usize, learning_rate: f64) -> Self {
         Self { learning_rate, steps: 0, mean: vec![0.0; parameters], square: vec![0.0; parameters] }
     }

@@ -1,7 +1,7 @@
-//! The learner: one TD3 update after another.
+//! The TD3 update.
 //!
-//! Owns the actor, the twin critics, their targets and optimisers. Refuses to
-//! know where transitions come from.
+//! Holds the actor, the twin critics, their target networks and optimisers. Does not
+//! depend on where transitions come from.
 
 use super::adam::Adam;
 use super::config::Td3Config;
@@ -14,18 +14,18 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-/// Actor, critics, targets and optimisers.
+/// Actor, critics, target networks and optimisers.
 #[derive(Debug)]
 pub struct Agent {
     pub(super) config: Td3Config,
     pub(super) layout: Layout,
-    /// Observation to action, before the hyperbolic tangent.
+    /// From observation to action, before the hyperbolic tangent.
     pub actor: Mlp,
-    /// Observation and action to value, twice.
+    /// From observation and action to value; two, of which targets take the smaller.
     pub critics: [Mlp; 2],
-    /// Slow copy of the actor.
+    /// Follows the actor by soft updates.
     pub target_actor: Mlp,
-    /// Slow copies of the critics.
+    /// Follow the critics by soft updates.
     pub target_critics: [Mlp; 2],
     /// The actor's optimiser.
     pub actor_adam: Adam,
@@ -33,48 +33,48 @@ pub struct Agent {
     pub critics_adam: [Adam; 2],
     /// Updates done.
     pub updates: u64,
-    memory: Memory,
+    scratch: Scratch,
 }
 
-/// What an update was like, for people to read.
+/// Losses of one update, for the learning curve.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Losses {
     /// Mean squared error of both critics, summed.
     pub critic: f64,
-    /// Minus the mean value of the actor's own actions; nothing where only the critics moved.
+    /// Minus the mean value of the actor's own actions; `None` where only the critics were updated.
     pub actor: Option<f64>,
-    /// Mean value of the batch, both critics.
+    /// Mean value of the batch over both critics.
     pub q_mean: f64,
 }
 
 impl Losses {
-    /// Whether anything went to infinity or is no number.
+    /// Whether no loss is NaN or infinite.
     pub fn is_finite(&self) -> bool {
         self.critic.is_finite() && self.actor.is_none_or(f64::is_finite) && self.q_mean.is_finite()
     }
 }
 
-/// What an update works in; nothing in it outlives the update.
+/// Working memory of an update, kept so that no update allocates.
 #[derive(Debug, Default)]
-struct Memory {
-    /// Of the actors.
+struct Scratch {
+    /// Of the actor or its target.
     actor: Activations,
-    /// Of the critics.
+    /// Of the critic or target evaluated last.
     critic: Activations,
-    /// Observations with actions of an actor, `[batch, observation + action]`.
-    judged: Vec<f32>,
+    /// Observations and an actor's actions side by side, `[batch, observation + action]`.
+    critic_input: Vec<f32>,
     /// An actor's actions, `[batch, action]`.
     actions: Vec<f32>,
     normals: Vec<f32>,
-    /// What both critics should have said, `[batch]`.
+    /// Target values of both critics, `[batch]`.
     target: Vec<f32>,
-    /// A loss's derivative by a network's output.
+    /// Derivative of a loss by a network's output, `[batch, outputs]`.
     gradient: Vec<f32>,
 }
 
 impl Agent {
-    /// Random networks, targets equal to them.
+    /// Random networks; target networks start equal to them.
     pub fn new(config: &Td3Config, layout: Layout, seed: u64) -> Self {
         Self::with_hidden(config, layout, &vec![config.hidden_width; config.hidden_layers], seed)
     }
@@ -96,48 +96,49 @@ impl Agent {
             config: config.clone(),
             layout,
             updates: 0,
-            memory: Memory::default(),
+            scratch: Scratch::default(),
         }
     }
 
-    /// One update on `batch` (whole rows of the layout) with the smoothing noise of `rng`.
+    /// One update on `batch`, `[batch, row]`; `rng` gives the smoothing noise.
     pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng) -> Losses {
-        let mut normals = std::mem::take(&mut self.memory.normals);
-        self.draw_normals(batch, rng, &mut normals);
+        let mut normals = std::mem::take(&mut self.scratch.normals);
+        self.sample_normals(batch, rng, &mut normals);
         let losses = self.update_with(batch, &normals);
-        self.memory.normals = normals;
+        self.scratch.normals = normals;
         losses
     }
 
-    /// The standard normal numbers of an update on `batch`, into `normals`: the same on every device.
-    pub(super) fn draw_normals(&self, batch: &[f32], rng: &mut ChaCha8Rng, normals: &mut Vec<f32>) {
+    /// Samples the standard normal numbers of an update, `[batch, action]`: the same on every device.
+    pub(super) fn sample_normals(&self, batch: &[f32], rng: &mut ChaCha8Rng, normals: &mut Vec<f32>) {
         let count = self.rows_in(batch) * self.layout.action_len;
         normals.clear();
         normals.extend((0..count).map(|_| rng.sample::<f32, _>(StandardNormal)));
     }
 
-    /// Multiplications and additions in the products of the mean update with `rows` rows.
+    /// Multiplications and additions in the matrix products of an update with `rows` rows, on
+    /// average over updates with and without the actor.
     pub fn arithmetic_of_an_update(&self, rows: usize) -> f64 {
         let (actor, critic) = (self.actor.multiplications(), self.critics[0].multiplications());
         let into_actor = self.actor.first_multiplications();
         let into_critic = self.critics[0].first_multiplications();
-        // Target: each target network forwards. Critics: forwards, derivatives by weights, and
-        // by all inputs but the first layer's.
+        // Targets: a forward pass of each target network. Critics: a forward pass, the derivatives
+        // by all weights, and those by the inputs of all layers but the first.
         let every = actor + 2 * critic + 2 * (3 * critic - into_critic);
-        // Actor and first critic forwards; back through the critic to its input, and through the actor.
+        // Forward passes of actor and first critic; backward through the critic to its input, then
+        // through the actor.
         let delayed = actor + 2 * critic + 2 * actor - into_actor;
         2.0 * rows as f64 * (every as f64 + delayed as f64 / self.config.policy_delay as f64)
     }
 
-    /// One update with smoothing noise made of these standard normal numbers, one
-    /// for each row and action.
+    /// One update; `normals`, `[batch, action]`, become the smoothing noise.
     fn update_with(&mut self, batch: &[f32], normals: &[f32]) -> Losses {
         self.updates += 1;
-        self.aim(batch, normals);
+        self.compute_targets(batch, normals);
         let mut losses = self.update_critics(batch);
         if self.updates.is_multiple_of(self.config.policy_delay) {
             losses.actor = Some(self.update_actor(batch));
-            self.follow();
+            self.soft_update();
         }
         losses
     }
@@ -151,101 +152,105 @@ impl Agent {
         Matrix::rows(batch, start, self.rows_in(batch), len, self.layout.row_len())
     }
 
-    /// What both critics should have said, into `memory.target`: reward plus the
+    /// Computes the target values of both critics into `scratch.target`: reward plus the
     /// discounted smaller value of the smoothed target action.
     ///
     /// # Source
     /// Fujimoto et al. (2018), algorithm 1.
-    fn aim(&mut self, batch: &[f32], normals: &[f32]) {
+    fn compute_targets(&mut self, batch: &[f32], normals: &[f32]) {
         let layout = self.layout;
-        let mut memory = std::mem::take(&mut self.memory);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        // The target actor's actions for the next observations, plus clipped noise.
         let next = self.columns(batch, layout.next_observation(), layout.observation_len);
-        self.target_actor.forward(next, &mut memory.actor);
-        memory.actions.clear();
-        let smoothed = memory.actor.output().iter().zip(normals);
-        memory
+        self.target_actor.forward(next, &mut scratch.actor);
+        scratch.actions.clear();
+        let smoothed = scratch.actor.output().iter().zip(normals);
+        scratch
             .actions
             .extend(smoothed.map(|(a, &n)| (a.tanh() + self.config.smoothing_noise(n)).clamp(-1.0, 1.0)));
-        join(batch, layout, layout.next_observation(), &memory.actions, &mut memory.judged);
-        let judged = Matrix::dense(&memory.judged, layout.reward());
-        self.target_critics[0].forward(judged, &mut memory.critic);
-        memory.target.clear();
-        memory.target.extend_from_slice(memory.critic.output());
-        self.target_critics[1].forward(judged, &mut memory.critic);
+        join(batch, layout, layout.next_observation(), &scratch.actions, &mut scratch.critic_input);
+        // Both target critics' values of those actions.
+        let critic_input = Matrix::dense(&scratch.critic_input, layout.reward());
+        self.target_critics[0].forward(critic_input, &mut scratch.critic);
+        scratch.target.clear();
+        scratch.target.extend_from_slice(scratch.critic.output());
+        self.target_critics[1].forward(critic_input, &mut scratch.critic);
         let gamma = self.config.gamma as f32;
         let rows = batch.chunks_exact(layout.row_len());
-        for ((target, &second), row) in memory.target.iter_mut().zip(memory.critic.output()).zip(rows) {
-            // Not `min`, which would drop a value that is no number: divergence must show.
+        for ((target, &second), row) in scratch.target.iter_mut().zip(scratch.critic.output()).zip(rows) {
+            // Not `min`, which would drop a NaN: divergence must be seen.
             let smaller = if second < *target || second.is_nan() { second } else { *target };
-            *target = row[layout.reward()] + gamma * row[layout.continuation()] * smaller;
+            *target = row[layout.reward()] + gamma * row[layout.not_terminal()] * smaller;
         }
-        self.memory = memory;
+        self.scratch = scratch;
     }
 
-    /// Moves both critics towards `memory.target`.
+    /// One gradient step of both critics on their squared error to `scratch.target`.
     fn update_critics(&mut self, batch: &[f32]) -> Losses {
-        let mut memory = std::mem::take(&mut self.memory);
+        let mut scratch = std::mem::take(&mut self.scratch);
         let input = self.columns(batch, 0, self.layout.reward());
         let count = self.rows_in(batch) as f64;
         let mut losses = Losses::default();
         for (critic, adam) in self.critics.iter_mut().zip(&mut self.critics_adam) {
-            critic.forward(input, &mut memory.critic);
-            memory.gradient.clear();
-            for (&value, &target) in memory.critic.output().iter().zip(&memory.target) {
+            critic.forward(input, &mut scratch.critic);
+            scratch.gradient.clear();
+            for (&value, &target) in scratch.critic.output().iter().zip(&scratch.target) {
                 let error = value - target;
                 losses.critic += f64::from(error) * f64::from(error) / count;
                 losses.q_mean += f64::from(value) / (2.0 * count);
                 // d/dq of mean((q - target)²).
-                memory.gradient.push(error * (2.0 / count as f32));
+                scratch.gradient.push(error * (2.0 / count as f32));
             }
-            critic.backward(input, &mut memory.critic, &memory.gradient);
+            critic.backward(input, &mut scratch.critic, &scratch.gradient);
             adam.step(&mut critic.parameters, &critic.gradients);
         }
-        self.memory = memory;
+        self.scratch = scratch;
         losses
     }
 
-    /// Climbs the first critic; answers minus the mean value of the actor's actions.
+    /// One gradient step of the actor up the first critic's value; returns the actor's loss.
     fn update_actor(&mut self, batch: &[f32]) -> f64 {
         let layout = self.layout;
-        let mut memory = std::mem::take(&mut self.memory);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        // The first critic's values of the actor's actions.
         let observation = self.columns(batch, 0, layout.observation_len);
-        self.actor.forward(observation, &mut memory.actor);
-        memory.actions.clear();
-        memory.actions.extend(memory.actor.output().iter().map(|output| output.tanh()));
-        join(batch, layout, 0, &memory.actions, &mut memory.judged);
-        let judged = Matrix::dense(&memory.judged, layout.reward());
-        self.critics[0].forward(judged, &mut memory.critic);
+        self.actor.forward(observation, &mut scratch.actor);
+        scratch.actions.clear();
+        scratch.actions.extend(scratch.actor.output().iter().map(|output| output.tanh()));
+        join(batch, layout, 0, &scratch.actions, &mut scratch.critic_input);
+        let critic_input = Matrix::dense(&scratch.critic_input, layout.reward());
+        self.critics[0].forward(critic_input, &mut scratch.critic);
         let count = self.rows_in(batch);
-        let loss = -memory.critic.output().iter().map(|&q| f64::from(q)).sum::<f64>() / count as f64;
-        memory.gradient.clear();
-        memory.gradient.resize(count, -1.0 / count as f32);
+        let loss = -scratch.critic.output().iter().map(|&q| f64::from(q)).sum::<f64>() / count as f64;
+        // d/dq of -mean(q), back through the critic to the action, then through the tanh.
+        scratch.gradient.clear();
+        scratch.gradient.resize(count, -1.0 / count as f32);
         let by_action =
-            self.critics[0].backward_to_input(layout.action(), &mut memory.critic, &memory.gradient);
-        memory.gradient.clear();
-        memory.gradient.extend(by_action.iter().zip(&memory.actions).map(|(g, a)| g * (1.0 - a * a)));
-        self.actor.backward(observation, &mut memory.actor, &memory.gradient);
+            self.critics[0].backward_to_input(layout.action(), &mut scratch.critic, &scratch.gradient);
+        scratch.gradient.clear();
+        scratch.gradient.extend(by_action.iter().zip(&scratch.actions).map(|(g, a)| g * (1.0 - a * a)));
+        self.actor.backward(observation, &mut scratch.actor, &scratch.gradient);
         self.actor_adam.step(&mut self.actor.parameters, &self.actor.gradients);
-        self.memory = memory;
+        self.scratch = scratch;
         loss
     }
 
-    /// Moves the targets a share `tau` of the way.
-    fn follow(&mut self) {
+    /// Moves all target networks towards their sources by the share `tau`.
+    fn soft_update(&mut self) {
         let tau = self.config.tau as f32;
-        kernels::follow(&mut self.target_actor.parameters, &self.actor.parameters, tau);
-        for (slow, fast) in self.target_critics.iter_mut().zip(&self.critics) {
-            kernels::follow(&mut slow.parameters, &fast.parameters, tau);
+        kernels::soft_update(&mut self.target_actor.parameters, &self.actor.parameters, tau);
+        for (target, source) in self.target_critics.iter_mut().zip(&self.critics) {
+            kernels::soft_update(&mut target.parameters, &source.parameters, tau);
         }
     }
 }
 
-/// The observation that starts at `start` of each row, and its action, side by side.
-fn join(batch: &[f32], layout: Layout, start: usize, actions: &[f32], judged: &mut Vec<f32>) {
-    judged.clear();
+/// Writes the observation at column `start` of each row and its action side by side into `critic_input`.
+fn join(batch: &[f32], layout: Layout, start: usize, actions: &[f32], critic_input: &mut Vec<f32>) {
+    critic_input.clear();
     for (row, action) in batch.chunks_exact(layout.row_len()).zip(actions.chunks_exact(layout.action_len)) {
-        judged.extend_from_slice(&row[start..][..layout.observation_len]);
-        judged.extend_from_slice(action);
+        critic_input.extend_from_slice(&row[start..][..layout.observation_len]);
+        critic_input.extend_from_slice(action);
     }
 }
 

@@ -1,14 +1,14 @@
-//! Everything a run needs to go on as if nothing had happened.
+//! The checkpoint: everything that a run needs to resume bit for bit.
 //!
-//! Owns `checkpoint/` in the run folder: a `state.json` that names one tensor
-//! file. The tensor file is written first and the state renamed over the old
-//! one last, so that whenever the power fails a whole checkpoint stands there.
+//! Holds `checkpoint/` in the run folder: a `state.json` that names one tensor file.
+//! Does not depend on the task. The tensor file is written first, and the state
+//! renamed over the old one last, so that there is a complete checkpoint at any time.
 
 use super::agent::{Agent, Losses};
-use super::collect::{Episode, MOST_ENVS};
+use super::collect::{Episode, MAX_ENVS};
 use super::config::Td3Config;
 use super::curve::CurvePoint;
-use super::replay::{Layout, Replay};
+use super::replay::{Layout, ReplayBuffer};
 use super::tensor_file::{TensorFile, TensorFileError};
 use crate::run_folder::{self, FileError};
 use serde::{Deserialize, Serialize};
@@ -18,10 +18,10 @@ use thiserror::Error;
 /// The checkpoint's folder within a run.
 pub const FOLDER: &str = "checkpoint";
 const STATE: &str = "state.json";
-/// Raised whenever an older checkpoint cannot be read any more.
+/// Increased when older checkpoints can no longer be read.
 const VERSION: u32 = 2;
-/// `random::stream` has room for as many rounds, each with a stream for every environment.
-const MAX_COUNT: u64 = (1 << 56) / MOST_ENVS;
+/// Maximum number of rounds of `random::stream`, with a stream for each environment.
+const MAX_COUNT: u64 = (1 << 56) / MAX_ENVS;
 
 /// Why a run cannot be resumed or saved.
 #[derive(Debug, Error)]
@@ -33,33 +33,33 @@ pub enum CheckpointError {
     #[error(transparent)]
     Tensors(#[from] TensorFileError),
     /// `state.json` is damaged.
-    #[error("{path} is no state of a run")]
+    #[error("{path} is not a checkpoint's state")]
     Format {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// Why.
         source: serde_json::Error,
     },
     /// Written by another version of this program.
-    #[error("{path} has version {version}, this program reads {VERSION}; train anew")]
+    #[error("{path} has version {version}, this program reads version {VERSION}; start a new training")]
     Version {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What stands there.
+        /// The file's version.
         version: u32,
     },
     /// The parts contradict each other.
-    #[error("{path} is damaged: {what} does not fit the rest")]
+    #[error("{path} is damaged: {what} contradicts the rest")]
     Contradiction {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// The part.
+        /// The part that contradicts the others.
         what: &'static str,
     },
 }
 
 impl CheckpointError {
-    /// Whether a checkpoint could not be written; else there is none to read, or a damaged one.
+    /// Whether writing failed; otherwise reading did.
     pub fn is_of_writing(&self) -> bool {
         match self {
             Self::File(error) | Self::Tensors(TensorFileError::File(error)) => error.action != "read",
@@ -68,7 +68,7 @@ impl CheckpointError {
     }
 }
 
-/// The parts of a run's state that are no tensors.
+/// `state.json`: the parts of a run's state that are not tensors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -83,9 +83,9 @@ pub struct State {
     pub wall_s: f64,
     /// Every evaluation so far.
     pub curve: Vec<CurvePoint>,
-    /// Which of them is the best; its policy is in the run folder.
+    /// Index of the best evaluation; its policy is in the run folder.
     pub best: usize,
-    /// Of the latest round.
+    /// Losses of the latest round.
     #[serde(default)]
     pub losses: Losses,
     actor_adam_steps: u64,
@@ -94,7 +94,7 @@ pub struct State {
     episodes: Vec<u64>,
 }
 
-/// A run between two rounds.
+/// Progress of a run, between two rounds.
 #[derive(Debug, Default)]
 pub struct Progress {
     /// Rounds done, warm-up included.
@@ -105,26 +105,26 @@ pub struct Progress {
     pub wall_s: f64,
     /// Every evaluation so far.
     pub curve: Vec<CurvePoint>,
-    /// Which of them is the best.
+    /// Index of the best evaluation.
     pub best: usize,
-    /// Of the latest round.
+    /// Losses of the latest round.
     pub losses: Losses,
 }
 
-/// What a resumed run starts with.
+/// A checkpoint as it was read.
 #[derive(Debug)]
 pub struct Restored {
     /// Networks and optimisers.
     pub agent: Agent,
-    /// Experience.
-    pub replay: Replay,
+    /// The replay buffer.
+    pub replay: ReplayBuffer,
     /// The environments' episodes.
     pub episodes: Vec<Episode>,
-    /// The rest.
+    /// Counters, learning curve and losses.
     pub progress: Progress,
 }
 
-/// The agent's numbers by name, the same for saving and loading.
+/// The agent's arrays by name, for saving and loading.
 fn numbers(agent: &mut Agent) -> [(&'static str, &mut Vec<f32>); 12] {
     let [critic1, critic2] = &mut agent.critics;
     let [target_critic1, target_critic2] = &mut agent.target_critics;
@@ -145,19 +145,19 @@ fn numbers(agent: &mut Agent) -> [(&'static str, &mut Vec<f32>); 12] {
     ]
 }
 
-/// Whether a run has one.
+/// Whether a run has a checkpoint.
 pub fn exists(run: &Path) -> bool {
     run.join(FOLDER).join(STATE).exists()
 }
 
-/// Saves a run into its folder.
+/// Writes a checkpoint into the run folder.
 ///
 /// # Errors
 /// [`CheckpointError`] with the previous checkpoint still in place.
 pub fn save(
     run: &Path,
     agent: &mut Agent,
-    replay: &Replay,
+    replay: &ReplayBuffer,
     episodes: Vec<Episode>,
     progress: &Progress,
 ) -> Result<(), CheckpointError> {
@@ -195,7 +195,7 @@ pub fn save(
     Ok(())
 }
 
-/// Earlier tensor files only take room; failing to remove one harms nothing.
+/// Removes earlier tensor files. They only take space, so errors are ignored.
 fn remove_older(folder: &Path, keep: &str) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -225,7 +225,7 @@ pub fn load(
         return Err(CheckpointError::Version { path, version: state.version });
     }
     let contradiction = |what| CheckpointError::Contradiction { path: path.clone(), what };
-    // Far beyond any schedule, and far from where counting on would overflow.
+    // More than any schedule has, and low enough that counting on cannot overflow.
     let counters = [
         ("round", state.round),
         ("env_steps", state.env_steps),
@@ -256,9 +256,9 @@ pub fn load(
         adam.steps = state.critics_adam_steps;
     }
     let rows = file.take("replay")?.numbers;
-    let replay = Replay::restore(layout, config.buffer_size, rows, state.replay_next)
+    let replay = ReplayBuffer::restore(layout, config.buffer_size, rows, state.replay_next)
         .ok_or_else(|| contradiction("replay_next"))?;
-    // There is no batch to draw from nothing.
+    // No batch can be sampled from an empty buffer.
     if replay.is_empty() && state.env_steps > 0 {
         return Err(contradiction("replay"));
     }

@@ -1,14 +1,13 @@
 //! Gathers experience while the learner learns.
 //!
-//! Owns the training environments and their episodes. Hand-over happens at
-//! fixed points: round `r` is gathered with the weights of the end of round
-//! `r - 1`, however long either side takes, so that a seed has one result.
-//! Within a round every environment is a piece of work of its own, with random
-//! numbers of its own, so that whoever has time takes the next one: the
-//! learner too, once its updates are done.
+//! Holds the training environments and their episodes. Does not depend on the
+//! learner. Round `r` is gathered with the weights of the end of round `r - 1`,
+//! however long gathering and learning take, so that a seed has one result. Within a
+//! round each environment is a separate piece of work with its own random numbers,
+//! so that any thread can take the next one: the learner too, after its updates.
 //!
-//! An environment cannot be saved. A checkpoint keeps the episode's number and
-//! the actions since its start instead; taking them again leads to the same state.
+//! An environment cannot be saved. A checkpoint holds the episode's number and its
+//! actions instead; replaying them leads to the same state.
 
 use super::MakeEnv;
 use super::policy::Policy;
@@ -22,16 +21,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
-/// Environments that a run can have: each round has as many streams of random numbers.
-pub const MOST_ENVS: u64 = 1_024;
+/// Maximum number of environments: each round has as many random streams.
+pub const MAX_ENVS: u64 = 1_024;
 
 /// Why gathering stopped.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CollectError {
-    /// The simulation blew up.
-    #[error(
-        "the task answered with a number that is not finite, {steps} steps into the episode of seed {seed}"
-    )]
+    /// The simulation diverged.
+    #[error("the task returned NaN or infinity {steps} steps into the episode of seed {seed}")]
     NotFinite {
         /// The episode's seed.
         seed: u64,
@@ -40,63 +37,64 @@ pub enum CollectError {
     },
 }
 
-/// An episode under way, as a checkpoint keeps it.
+/// An unfinished episode, as a checkpoint holds it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Episode {
-    /// Which: environment `i` of `n` plays `i`, `i + n`, `i + 2 n` ...
+    /// Number of the episode: environment `i` of `n` plays `i`, `i + n`, `i + 2 n` ...
     pub number: u64,
-    /// Every action since its start, one after another.
+    /// Every action since its start, `[steps, action]`.
     pub actions: Vec<f32>,
 }
 
-/// What one round asks for.
+/// How one round is to be gathered.
 #[derive(Debug)]
 pub struct Order {
-    /// Names the random numbers.
+    /// Number of the round; selects the random streams.
     pub round: u64,
-    /// Control steps gathered before, over all environments together: they take turns.
+    /// Control steps gathered before, over all environments, which step alternately.
     pub before: u64,
-    /// Control steps, over all environments together.
+    /// Control steps to gather, over all environments.
     pub env_steps: u64,
-    /// Who acts; nobody means uniformly random actions.
+    /// The policy that acts; without one, actions are uniformly random.
     pub policy: Option<Policy>,
     /// Standard deviation of the noise on the policy's actions.
     pub noise: f32,
-    /// Share of the noise that a step hands on to the next, over an episode's end, too.
+    /// Correlation of the noise of two consecutive steps, also across the end of an episode.
     pub correlation: f32,
 }
 
-/// A round under way: who has time takes the next environment.
+/// A round in progress, from which each thread takes the next environment.
 #[derive(Debug)]
 pub struct Round {
     order: Order,
-    /// The environment that nobody has taken yet.
+    /// The next environment to take.
     next: AtomicUsize,
-    /// What each environment brought, by its number.
-    gathered: Mutex<Vec<Share>>,
+    /// Transitions of each environment.
+    gathered: Mutex<Vec<Gathered>>,
 }
 
 /// One environment's part of a round, as replay rows.
 #[derive(Debug)]
-struct Share {
+struct Gathered {
     slot: usize,
     rows: Result<Vec<f32>, CollectError>,
 }
 
 impl Round {
-    /// A round that nobody has begun.
+    /// A round from which no environment was taken yet.
     pub fn new(order: Order) -> Self {
         Self { order, next: AtomicUsize::new(0), gathered: Mutex::new(Vec::new()) }
     }
 
-    /// What was gathered, in the environments' order; whole once all of [`Collector::help`] returned.
+    /// All transitions, in the order of the environments; complete when every
+    /// [`Collector::help`] has returned.
     ///
     /// # Errors
-    /// [`CollectError`] of the first environment that met one.
+    /// [`CollectError`] of the first environment that has one.
     pub fn rows(&self) -> Result<Vec<f32>, CollectError> {
         let mut gathered = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-        gathered.sort_by_key(|share| share.slot);
-        let rows: Result<Vec<Vec<f32>>, _> = gathered.drain(..).map(|share| share.rows).collect();
+        gathered.sort_by_key(|gathered| gathered.slot);
+        let rows: Result<Vec<Vec<f32>>, _> = gathered.drain(..).map(|gathered| gathered.rows).collect();
         Ok(rows?.concat())
     }
 }
@@ -112,7 +110,7 @@ struct Slot {
 pub struct Collector {
     layout: Layout,
     seed: u64,
-    /// Locked by whoever plays; no two take the same in a round.
+    /// In a round each is taken, and locked, once.
     slots: Vec<Mutex<Slot>>,
 }
 
@@ -123,7 +121,7 @@ impl Collector {
         Self::restore(make_env, layout, seed, (0..count).map(first).collect())
     }
 
-    /// Environments in the states that they had, by taking every action again.
+    /// Environments in their earlier states, by replaying every action.
     pub fn restore(make_env: MakeEnv<'_>, layout: Layout, seed: u64, episodes: Vec<Episode>) -> Self {
         let slots = episodes.into_iter().map(|episode| {
             let mut env = make_env();
@@ -137,28 +135,32 @@ impl Collector {
         Self { layout, seed, slots: slots.collect() }
     }
 
-    /// What [`Self::restore`] needs, between two rounds.
+    /// The input of [`Self::restore`]; to be read between two rounds.
     pub fn episodes(&self) -> Vec<Episode> {
         let episode =
             |slot: &Mutex<Slot>| slot.lock().unwrap_or_else(PoisonError::into_inner).episode.clone();
         self.slots.iter().map(episode).collect()
     }
 
-    /// Plays environments of the round until none is left to take.
+    /// Takes and plays environments of the round until none is left.
     pub fn help(&self, round: &Round) {
         let mut policy = None;
         loop {
             let taken = round.next.fetch_add(1, Ordering::Relaxed);
             let Some(slot) = self.slots.get(taken) else { return };
             let policy = policy.get_or_insert_with(|| round.order.policy.clone());
-            // Poisoned only by a panic in the task, which ends the run.
+            // Poisoned only by a panic in the task, which ends the run anyway.
             let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
             let rows = self.play(&mut slot, taken, &round.order, policy.as_mut());
-            round.gathered.lock().unwrap_or_else(PoisonError::into_inner).push(Share { slot: taken, rows });
+            round
+                .gathered
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(Gathered { slot: taken, rows });
         }
     }
 
-    /// One environment's share of a round, as replay rows.
+    /// Plays one environment's part of a round; returns it as rows of the replay buffer.
     fn play(
         &self,
         slot: &mut Slot,
@@ -168,17 +170,17 @@ impl Collector {
     ) -> Result<Vec<f32>, CollectError> {
         let layout = self.layout;
         let envs = self.slots.len() as u64;
-        // Of the steps from `before` on, those that are this environment's turn.
+        // The environments step alternately: this one's steps between `before` and the round's end.
         let turns_until = |steps: u64| (steps + envs - 1 - number as u64) / envs;
         let steps = turns_until(order.before + order.env_steps) - turns_until(order.before);
-        let mut rng = stream(self.seed, Purpose::Explore, order.round * MOST_ENVS + number as u64);
+        let mut rng = stream(self.seed, Purpose::Explore, order.round * MAX_ENVS + number as u64);
         let mut rows = Vec::with_capacity(steps as usize * layout.row_len());
         let mut action = vec![0.0; layout.action_len];
         let mut next = vec![0.0; layout.observation_len];
-        // Noise starts afresh every round, so that no round depends on another's.
-        let mut excitation = Excitation::new(order, layout.action_len, &mut rng);
+        // Noise is sampled anew every round, so that a round does not depend on earlier ones.
+        let mut exploration = Exploration::new(order, layout.action_len, &mut rng);
         for _ in 0..steps {
-            excitation.disturb(order, policy.as_deref_mut(), &slot.observation, &mut action, &mut rng);
+            exploration.act(order, policy.as_deref_mut(), &slot.observation, &mut action, &mut rng);
             let outcome = slot.env.step(&action, &mut next);
             slot.episode.actions.extend_from_slice(&action);
             if !outcome.reward.is_finite() || !next.iter().all(|number| number.is_finite()) {
@@ -202,14 +204,14 @@ impl Collector {
     }
 }
 
-/// What keeps one environment's actions from being the policy's own.
+/// Exploration in one environment: correlated noise, or random actions.
 #[derive(Debug, Clone)]
-struct Excitation {
-    /// Noise with a policy; without one, the random action itself.
+struct Exploration {
+    /// Noise on the policy's action; without a policy, the random action itself.
     values: Vec<f32>,
 }
 
-impl Excitation {
+impl Exploration {
     fn new(order: &Order, action_len: usize, rng: &mut ChaCha8Rng) -> Self {
         let mut values = vec![0.0; action_len];
         for value in &mut values {
@@ -218,8 +220,8 @@ impl Excitation {
         Self { values }
     }
 
-    /// The action for `observation`, and the noise of the step after.
-    fn disturb(
+    /// Writes the noisy action for `observation`, and samples the noise of the next step.
+    fn act(
         &mut self,
         order: &Order,
         policy: Option<&mut Policy>,
@@ -234,7 +236,7 @@ impl Excitation {
                 for (action, &noise) in action.iter_mut().zip(&self.values) {
                     *action = (*action + noise).clamp(-1.0, 1.0);
                 }
-                // A first-order process of unchanging variance.
+                // A first-order autoregressive process of constant variance.
                 let new = (1.0 - kept * kept).sqrt();
                 for value in &mut self.values {
                     *value = kept * *value + new * fresh(order, rng);
@@ -242,7 +244,7 @@ impl Excitation {
             }
             None => {
                 action.copy_from_slice(&self.values);
-                // As many steps on average as the noise would last.
+                // Held for as many steps, on average, as the noise would be correlated.
                 if rng.random::<f32>() >= kept {
                     for value in &mut self.values {
                         *value = fresh(order, rng);
@@ -253,7 +255,7 @@ impl Excitation {
     }
 }
 
-/// Noise of one step alone, or a random action where nobody acts.
+/// Uncorrelated noise, or a random action where there is no policy.
 fn fresh(order: &Order, rng: &mut ChaCha8Rng) -> f32 {
     match order.policy {
         Some(_) => order.noise * rng.sample::<f32, _>(StandardNormal),

@@ -1,42 +1,42 @@
-//! What a training run is told: Table 1, and what the table leaves open.
+//! Algorithm and schedule of a training run: Table 1, and what the table leaves open.
 //!
-//! Owns the defaults, which are the paper's, and the limits; refuses to know the
-//! task, whose numbers `run_config` adds.
+//! Holds the defaults, which are the paper's, and the limits. Does not depend on the
+//! task, whose numbers `learn::run_config` adds.
 
-use super::collect::MOST_ENVS;
+use super::collect::MAX_ENVS;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A value that no run can work with.
+/// A value that is out of its range.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name} is {value}, it must be {limit}")]
 pub struct BadValue {
     /// Section and name, as in the file.
-    pub name: &'static str,
-    /// What stands there.
+    pub name: String,
+    /// The value, as text.
     pub value: String,
-    /// What may stand there.
+    /// The range.
     pub limit: &'static str,
 }
 
-/// The algorithm's numbers.
+/// `[td3]`: the hyperparameters of the algorithm.
 ///
 /// # Source
 /// Table 1; `policy_noise_clip` from Fujimoto et al. (2018).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Td3Config {
-    /// Transitions kept.
+    /// Capacity of the replay buffer, in transitions.
     pub buffer_size: usize,
-    /// Adam's step for the actor.
+    /// Adam's learning rate of the actor.
     pub actor_learning_rate: f64,
-    /// Adam's step for the critics.
+    /// Adam's learning rate of the critics.
     pub critic_learning_rate: f64,
-    /// Discount a control step.
+    /// Discount factor of a control step.
     pub gamma: f64,
-    /// Share that the targets move an actor update.
+    /// Share of a soft update of the target networks.
     pub tau: f64,
-    /// Critic updates an actor update.
+    /// Critic updates for each update of actor and targets.
     pub policy_delay: u64,
     /// Standard deviation of the noise on the target action.
     pub policy_noise: f32,
@@ -44,14 +44,14 @@ pub struct Td3Config {
     pub policy_noise_clip: f32,
     /// Standard deviation of the noise on the actions that gather experience.
     pub exploration_noise: f32,
-    /// Share of that noise that a control step hands on to the next; 0 is the
-    /// paper's white noise, which a servo of 3 rad/s hardly follows.
+    /// Correlation of that noise between consecutive control steps; 0 is the paper's
+    /// white noise, which a servo of 3 rad/s hardly follows.
     pub exploration_correlation: f32,
-    /// Transitions an update.
+    /// Transitions in the batch of an update.
     pub batch_size: usize,
-    /// Hidden layers of every network.
+    /// Hidden layers of each network.
     pub hidden_layers: usize,
-    /// Neurons of a hidden layer, rectified.
+    /// Neurons of a hidden layer, with ReLU.
     pub hidden_width: usize,
 }
 
@@ -83,27 +83,28 @@ impl Td3Config {
     }
 }
 
-/// How long a run goes on and how often it is judged.
+/// `[schedule]`: length of a run, and how often it is evaluated.
 ///
 /// # Source
 /// Table 1 and section 2.4, except `warm_up_env_steps` and `round_updates`: ours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Schedule {
-    /// Epochs; each ends with an evaluation and a checkpoint.
+    /// Number of epochs; each ends with an evaluation and a checkpoint.
     pub epochs: u64,
-    /// Updates an epoch.
+    /// Updates in an epoch.
     pub updates_per_epoch: u64,
-    /// Control steps gathered an update.
+    /// Control steps gathered for each update, over all environments.
     pub env_steps_per_update: u64,
-    /// Updates between two hand-overs of weights and transitions; an epoch's is a multiple.
+    /// Updates in a round, between two exchanges of weights and transitions; an epoch is a
+    /// multiple of it.
     pub round_updates: u64,
-    /// Control steps with uniformly random actions before the first update; with none,
-    /// the untrained policy gathers the first round.
+    /// Control steps with uniformly random actions before the first update; with 0, the
+    /// untrained policy gathers the first round.
     pub warm_up_env_steps: u64,
-    /// Environments that experience is gathered from in turn ("training number").
+    /// Environments that gather experience ("training number").
     pub training_envs: usize,
-    /// Noise-free episodes an evaluation ("test number").
+    /// Episodes without noise in an evaluation ("test number").
     pub evaluation_episodes: usize,
 }
 
@@ -127,13 +128,13 @@ impl Schedule {
         self.epochs * self.updates_per_epoch
     }
 
-    /// Control steps between two hand-overs.
+    /// Control steps in a round.
     pub fn round_env_steps(&self) -> u64 {
         self.round_updates * self.env_steps_per_update
     }
 }
 
-/// Learning, apart from the task.
+/// Algorithm and schedule, without the task.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Learning {
@@ -144,7 +145,7 @@ pub struct Learning {
 }
 
 impl Learning {
-    /// Whether a run can work with this.
+    /// Checks that every number is within its range.
     ///
     /// # Errors
     /// [`BadValue`] for the first number outside its limit.
@@ -152,8 +153,8 @@ impl Learning {
         let (t, s) = (&self.td3, &self.schedule);
         at_most("td3.buffer_size", t.buffer_size as u64, 10_000_000, "1 to 10,000,000")?;
         at_most("td3.batch_size", t.batch_size as u64, 65_536, "1 to 65,536")?;
-        // 29 MB a network at most, of which there are fifteen, moments and derivatives included:
-        // a program without memory is ended on the spot.
+        // At most 29 MB for each of fifteen copies of a network, moments and derivatives included:
+        // a program that is out of memory is killed without a message.
         at_most("td3.hidden_layers", t.hidden_layers as u64, 8, "1 to 8")?;
         at_most("td3.hidden_width", t.hidden_width as u64, 1_024, "1 to 1,024")?;
         at_most("td3.policy_delay", t.policy_delay, 1_000, "1 to 1,000")?;
@@ -181,12 +182,12 @@ impl Learning {
         at_most("schedule.updates_per_epoch", s.updates_per_epoch, 1_000_000, "1 to 1,000,000")?;
         at_most("schedule.env_steps_per_update", s.env_steps_per_update, 10_000, "1 to 10,000")?;
         at_most("schedule.round_updates", s.round_updates, 100_000, "1 to 100,000")?;
-        at_most("schedule.training_envs", s.training_envs as u64, MOST_ENVS, "1 to 1,024")?;
+        at_most("schedule.training_envs", s.training_envs as u64, MAX_ENVS, "1 to 1,024")?;
         at_most("schedule.evaluation_episodes", s.evaluation_episodes as u64, 10_000, "1 to 10,000")?;
         if s.warm_up_env_steps > 0 {
             at_most("schedule.warm_up_env_steps", s.warm_up_env_steps, 10_000_000, "0 to 10,000,000")?;
         }
-        // A round's transitions are handed over in one piece, 256 bytes each.
+        // A round's transitions are in memory at once, 256 bytes each.
         at_most(
             "schedule.round_updates times schedule.env_steps_per_update",
             s.round_env_steps(),
@@ -195,7 +196,7 @@ impl Learning {
         )?;
         if s.updates_per_epoch % s.round_updates != 0 {
             return Err(BadValue {
-                name: "schedule.updates_per_epoch",
+                name: "schedule.updates_per_epoch".to_owned(),
                 value: s.updates_per_epoch.to_string(),
                 limit: "a multiple of schedule.round_updates",
             });
@@ -204,20 +205,19 @@ impl Learning {
     }
 }
 
-fn at_most(name: &'static str, value: u64, most: u64, limit: &'static str) -> Result<(), BadValue> {
-    if (1..=most).contains(&value) { Ok(()) } else { Err(BadValue { name, value: value.to_string(), limit }) }
+fn at_most(name: &str, value: u64, most: u64, limit: &'static str) -> Result<(), BadValue> {
+    if (1..=most).contains(&value) {
+        Ok(())
+    } else {
+        Err(BadValue { name: name.to_owned(), value: value.to_string(), limit })
+    }
 }
 
-fn within(
-    name: &'static str,
-    value: f64,
-    least: f64,
-    most: f64,
-    limit: &'static str,
-) -> Result<(), BadValue> {
+fn within(name: &str, value: f64, least: f64, most: f64, limit: &'static str) -> Result<(), BadValue> {
+    // NaN lies within nothing.
     if (least..=most).contains(&value) {
         Ok(())
     } else {
-        Err(BadValue { name, value: value.to_string(), limit })
+        Err(BadValue { name: name.to_owned(), value: value.to_string(), limit })
     }
 }

@@ -1,58 +1,58 @@
-//! The learning curve: one row an evaluation.
+//! The learning curve, `train.csv`: one row an evaluation.
 //!
-//! Owns the rows and their file format; refuses to judge them, but reads none
-//! that is no number or out of order.
+//! Holds the rows and their file format. Does not depend on the learner. Rows with NaN,
+//! impossible numbers or a wrong order are refused.
 
 use crate::run_folder::FileError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Rewards, speeds and times of a run are far below it; beyond, an axis has no numbers left.
-const MOST: f64 = 1e12;
+/// Maximum magnitude of rewards, speeds and times that a figure can show.
+const MAX_MAGNITUDE: f64 = 1e12;
 
-/// Why a file is no learning curve.
+/// Why a learning curve cannot be read.
 #[derive(Debug, Error)]
 pub enum CurveError {
     /// The disk's reason.
     #[error(transparent)]
     File(#[from] FileError),
     /// A column is missing, or a value of another kind.
-    #[error("{path} is no learning curve")]
+    #[error("{path} is not a learning curve")]
     Csv {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// Where and why.
         source: csv::Error,
     },
-    /// A header at most.
+    /// The file has no row.
     #[error("{path} has no evaluation yet")]
     Empty {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// Not to be drawn: no number, or one that no run comes to.
-    #[error("{path}, line {line}: {column} is {value}; it must be within {MOST:e} either way")]
+    /// A value is NaN or too large to be drawn.
+    #[error("{path}, line {line}: {column} is {value}; it must be within {MAX_MAGNITUDE:e} either way")]
     Absurd {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Which line, from 1; the header is the first.
+        /// Line number; the header is line 1.
         line: u64,
-        /// Of what.
+        /// Name of the column.
         column: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
-    /// Learning does not go back.
+    /// Updates do not increase.
     #[error("{path}, evaluation {row}: {updates} updates after {before}")]
     Order {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Which row, from 1.
+        /// Row, from 1.
         row: usize,
-        /// Of that row.
+        /// Updates of that row.
         updates: u64,
-        /// Of the row before.
+        /// Updates of the row before.
         before: u64,
     },
 }
@@ -72,15 +72,15 @@ pub struct CurvePoint {
     pub speed_m_s: f64,
     /// Mean control steps of an evaluation episode.
     pub episode_steps: f64,
-    /// Of the latest round.
+    /// Mean squared error of both critics, summed, in the latest update.
     pub critic_loss: f64,
-    /// Of the latest round.
+    /// Minus the mean value of the actor's actions, in the latest update of the actor.
     pub actor_loss: f64,
-    /// Of the latest round.
+    /// Mean value of the batch over both critics, in the latest update.
     pub q_mean: f64,
 }
 
-/// The learning curve as people and plots read it.
+/// The learning curve as CSV.
 pub fn to_csv(curve: &[CurvePoint]) -> String {
     let mut csv = String::from(
         "env_steps,updates,wall_s,reward,speed_m_s,episode_steps,critic_loss,actor_loss,q_mean\n",
@@ -102,7 +102,7 @@ pub fn to_csv(curve: &[CurvePoint]) -> String {
     csv
 }
 
-/// Reads what [`to_csv`] wrote; other columns may stand beside.
+/// Reads what [`to_csv`] wrote; additional columns are ignored.
 ///
 /// # Errors
 /// [`CurveError`] with file, row and value.
@@ -118,7 +118,9 @@ pub fn read(path: &Path) -> Result<Vec<CurvePoint>, CurveError> {
         let point: CurvePoint = record.deserialize(Some(&header)).map_err(unreadable)?;
         let (path, row) = (path.to_owned(), index + 1);
         let drawn = [("wall_s", point.wall_s), ("reward", point.reward), ("speed_m_s", point.speed_m_s)];
-        if let Some((column, value)) = drawn.into_iter().find(|(_, value)| !(-MOST..=MOST).contains(value)) {
+        if let Some((column, value)) =
+            drawn.into_iter().find(|(_, value)| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value))
+        {
             return Err(CurveError::Absurd { path, line, column, value });
         }
         if let Some(before) = curve.last().map(|before| before.updates).filter(|&b| b >= point.updates) {
@@ -156,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_is_read_as_it_was_written_and_further_columns_do_no_harm() {
+    fn a_curve_is_read_as_it_was_written_and_additional_columns_are_ignored() {
         let text = to_csv(&curve());
         let wider: String = text.lines().map(|line| format!("{line},9\n")).collect();
 

@@ -1,22 +1,22 @@
-//! Which machinery learns: plain memory, or libtorch on the CPU or on a GPU.
+//! The device of the updates: plain memory, or libtorch on the CPU or on a GPU.
 //!
-//! Owns the names and what each needs to be there. Refuses to fall back on
-//! another: whoever asked for a GPU should hear that it was not used.
+//! Holds the names and the check that a device is available. Does not fall back to
+//! another one: a user who asked for a GPU must know if it is not used.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
 
-/// Where the updates are computed, as `--device` and `config.toml` know it.
+/// Where the updates are computed: `--device` and `device` in `config.toml`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Device {
-    /// Plain memory, no libtorch: on a CPU some 2.4 times as many updates a second as `torch`.
+    /// The CPU, without libtorch: the fastest with networks of the presets' size.
     #[default]
     Cpu,
-    /// libtorch on the CPU: the same update by other code, to compare with.
+    /// libtorch on the CPU: the same update by other code, for comparison.
     Torch,
-    /// libtorch on the first NVIDIA GPU; expect little of it with networks as small as the presets'.
+    /// libtorch on the first NVIDIA GPU; slow with networks of the presets' size.
     Cuda,
 }
 
@@ -30,49 +30,49 @@ impl fmt::Display for Device {
     }
 }
 
-/// Why a device cannot learn.
+/// Why a device cannot be used.
 #[derive(Debug, Error)]
 pub enum DeviceError {
     /// The feature `torch` is off.
     #[error("device {device} needs libtorch, and this program was built without it")]
     NotBuilt {
-        /// What was asked for.
+        /// The requested device.
         device: Device,
     },
-    /// libtorch is there, a GPU that it can use is not.
-    #[error("device cuda: libtorch finds no CUDA GPU (tch::Cuda::is_available() says no)")]
+    /// libtorch finds no GPU that it can use.
+    #[error("device cuda: libtorch finds no CUDA GPU (tch::Cuda::is_available() is false)")]
     NoCuda,
-    /// libtorch refused an operation: most often memory.
+    /// libtorch reported an error: most often it is out of memory.
     #[cfg(feature = "torch")]
-    #[error("libtorch on device {device} refused: {reason}")]
+    #[error("libtorch on device {device}: {reason}")]
     Torch {
-        /// On which.
+        /// The device.
         device: Device,
-        /// Its own words, without its stack.
+        /// libtorch's message, without its stack trace.
         reason: String,
     },
 }
 
 impl DeviceError {
-    /// What to do about it.
+    /// The user's next step, as a help text.
     pub fn next_move(&self) -> &'static str {
         match self {
             Self::NotBuilt { .. } => {
-                "run `make setup`, build with the feature `torch` (on unless --no-default-features), or take --device cpu"
+                "run `make setup`, build with the feature `torch` (on unless --no-default-features), or use --device cpu"
             }
             Self::NoCuda => {
-                "`make setup` brings libtorch for the CPU alone: where `nvidia-smi` shows a GPU, set LIBTORCH to a CUDA libtorch and build again; or take --device cpu"
+                "`make setup` installs libtorch for the CPU only: where `nvidia-smi` shows a GPU, set LIBTORCH to a CUDA libtorch and build again; or use --device cpu"
             }
             #[cfg(feature = "torch")]
             Self::Torch { .. } => {
-                "a smaller td3.batch_size or td3.hidden_width needs less memory; or take --device cpu"
+                "a smaller td3.batch_size or td3.hidden_width needs less memory; or use --device cpu"
             }
         }
     }
 }
 
 impl Device {
-    /// Whether this program on this machine can learn on it.
+    /// Checks that this program can use the device on this machine.
     ///
     /// # Errors
     /// [`DeviceError`] with what is missing.

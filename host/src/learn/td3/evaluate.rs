@@ -1,17 +1,19 @@
-//! How good a policy is without noise, on the same episodes every time.
+//! Evaluation of a policy without noise, on the same episodes every time.
+//!
+//! Holds the episodes and their mean. Does not depend on how the policy was learned.
 
 use super::MakeEnv;
 use super::policy::Policy;
 use super::random::{Purpose, episode_seed};
 
-/// Mean over the evaluation episodes.
+/// Means over the evaluation episodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evaluation {
     /// Sum of an episode's rewards.
     pub reward: f64,
     /// Mean speed towards the goal.
     pub speed_m_s: f64,
-    /// Control steps an episode lasted.
+    /// Control steps of an episode.
     pub steps: f64,
 }
 
@@ -22,8 +24,8 @@ struct Sums {
     steps: f64,
 }
 
-/// Plays `episodes` episodes of that seed and purpose, shared out over the processor's cores; the answer
-/// does not depend on how many there are.
+/// Plays `episodes` episodes of that seed and purpose, distributed over the processor's cores; the
+/// result does not depend on their number.
 pub fn evaluate(
     policy: &Policy,
     make_env: MakeEnv<'_>,
@@ -45,7 +47,7 @@ pub fn evaluate(
             });
         }
     });
-    // Added up in the episodes' order: floating-point sums depend on it.
+    // Summed in the order of the episodes: floating-point sums depend on it.
     let total = sums.iter().fold(Sums::default(), |total, one| Sums {
         reward: total.reward + one.reward,
         speed: total.speed + one.speed / one.steps,

@@ -1,10 +1,10 @@
 //! The learning curve as TensorBoard reads it: `tensorboard --logdir runs`.
 //!
-//! Owns the event file's bytes: records of a length, its checksum, a protobuf
-//! `Event` and its checksum. Refuses to know more of protobuf than the four
-//! fields it writes. The file is written whole when a run begins or goes on,
-//! so that no evaluation is in it twice, and appended to from then on, because
-//! TensorBoard keeps it open.
+//! Holds the event file's bytes: records of a length, its checksum, a protobuf
+//! `Event` and its checksum. Does not depend on a protobuf library: four fields are
+//! written. The file is written as a whole when a run starts or resumes, so that no
+//! evaluation is in it twice, and appended to from then on, because TensorBoard keeps
+//! it open.
 
 use super::curve::CurvePoint;
 use crate::run_folder::{self, FileError};
@@ -21,19 +21,19 @@ pub const EVENTS: &str = "events.out.tfevents.psto";
 pub struct EventFile {
     path: PathBuf,
     file: File,
-    /// When the run would have begun, had it never been interrupted.
+    /// Start of the run, as if it had never been interrupted.
     began: SystemTime,
 }
 
 impl EventFile {
-    /// Writes the evaluations so far and waits for more; the run has taken `wall_s`.
+    /// Writes the evaluations so far, of a run that has taken `wall_s`, and stays open for more.
     ///
     /// # Errors
     /// [`FileError`] if the file cannot be written.
     pub fn create(folder: &Path, curve: &[CurvePoint], wall_s: f64) -> Result<Self, FileError> {
         let path = folder.join(EVENTS);
         let now = SystemTime::now();
-        // A damaged checkpoint may say anything; the clock then counts from now.
+        // A damaged checkpoint may hold any number; time then counts from now.
         let began = Duration::try_from_secs_f64(wall_s).ok().and_then(|past| now.checked_sub(past));
         let began = began.unwrap_or(now);
         let mut bytes = record(&version(began));
@@ -48,14 +48,14 @@ impl EventFile {
     /// Adds one evaluation.
     ///
     /// # Errors
-    /// [`FileError`] if the disk is full, say.
+    /// [`FileError`] if the file cannot be written.
     pub fn append(&mut self, point: &CurvePoint) -> Result<(), FileError> {
-        // One write: a reader never sees half a record of ours for long.
+        // One write, so that a reader sees whole records.
         self.file.write_all(&record(&event(self.began, point))).map_err(FileError::on("write", &self.path))
     }
 }
 
-/// Frames one event.
+/// A record of one event.
 fn record(event: &[u8]) -> Vec<u8> {
     let length = (event.len() as u64).to_le_bytes();
     let mut bytes = length.to_vec();
@@ -65,13 +65,13 @@ fn record(event: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// TensorFlow's checksum: CRC-32C, turned and shifted, so that a checksum of
-/// bytes with checksums in them stays a good one.
+/// TensorFlow's masked checksum: CRC-32C, rotated and offset, because a CRC of data
+/// that contains its own CRC is weak.
 fn masked_crc(bytes: &[u8]) -> u32 {
     crc32c::crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
 }
 
-/// The first event of a file.
+/// The first event of a file, its version.
 fn version(began: SystemTime) -> Vec<u8> {
     let mut bytes = Vec::new();
     double(&mut bytes, 1, unix_s(began));
@@ -123,7 +123,7 @@ fn length_delimited(bytes: &mut Vec<u8>, field: u8, content: &[u8]) {
     bytes.extend(content);
 }
 
-/// Seven bits a byte, the lowest first.
+/// Protobuf's varint: seven bits a byte, the lowest first.
 fn varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         bytes.push(value as u8 | 0x80);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn an_evaluation_stands_there_with_its_step_and_its_reward() {
+    fn an_evaluation_is_written_with_its_step_and_its_reward() {
         let event = event(UNIX_EPOCH, &point(300));
 
         // Wall time 1 s, then step 300 = 0b10_0101100.
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_goes_on_has_every_evaluation_once() {
+    fn a_resumed_run_has_every_evaluation_once() {
         let folder = tempfile::tempdir().unwrap();
         let read = || events(&std::fs::read(folder.path().join(EVENTS)).unwrap()).len();
         let mut file = EventFile::create(folder.path(), &[], 0.0).unwrap();

@@ -1,9 +1,10 @@
-//! One learner, whichever device computes its updates.
+//! The learner on any device.
 //!
-//! Owns the choice and the random numbers of an update, which are the same for
-//! all. The [`Agent`] in plain memory is what is begun with, saved and acted
-//! by: another device starts from its numbers and hands its own back, so
-//! weights, files and checkpoints know no device.
+//! Holds the choice of the device and the random numbers of an update, which are the
+//! same on all. Does not depend on how experience is gathered. The [`Agent`] in plain
+//! memory is initialised, saved and acted with; another device copies its numbers when
+//! it starts and copies them back on request, so that weights, files and checkpoints do
+//! not depend on the device.
 
 use super::agent::{Agent, Losses};
 use super::device::{Device, DeviceError};
@@ -12,26 +13,26 @@ use super::policy::Policy;
 use super::torch::TorchAgent;
 use rand_chacha::ChaCha8Rng;
 
-/// An agent and what learns for it.
+/// An agent and the device that updates it.
 #[derive(Debug)]
 pub struct Learner {
     agent: Agent,
     losses: Losses,
     #[cfg(feature = "torch")]
-    torch: Option<Away>,
+    torch: Option<TorchBackend>,
 }
 
-/// The agent's numbers on libtorch; those in plain memory are old until asked for.
+/// The agent's numbers on libtorch; those in plain memory are out of date until copied back.
 #[cfg(feature = "torch")]
 #[derive(Debug)]
-struct Away {
+struct TorchBackend {
     device: Device,
     agent: TorchAgent,
     normals: Vec<f32>,
 }
 
 #[cfg(feature = "torch")]
-impl Away {
+impl TorchBackend {
     fn refusal(&self) -> impl Fn(tch::TchError) -> DeviceError + use<> {
         refusal(self.device)
     }
@@ -47,10 +48,10 @@ fn refusal(device: Device) -> impl Fn(tch::TchError) -> DeviceError {
 }
 
 impl Learner {
-    /// Has `agent` learn on `device` from here on.
+    /// Updates `agent` on `device` from now on.
     ///
     /// # Errors
-    /// [`DeviceError`] where the device is not there or has no room.
+    /// [`DeviceError`] if the device is not available or out of memory.
     pub fn new(agent: Agent, device: Device) -> Result<Self, DeviceError> {
         device.check()?;
         #[cfg(feature = "torch")]
@@ -62,7 +63,7 @@ impl Learner {
         .map(|place| TorchAgent::new(&agent, place))
         .transpose()
         .map_err(refusal(device))?
-        .map(|agent| Away { device, agent, normals: Vec::new() });
+        .map(|agent| TorchBackend { device, agent, normals: Vec::new() });
         Ok(Self {
             agent,
             losses: Losses::default(),
@@ -76,16 +77,16 @@ impl Learner {
         self.agent.updates
     }
 
-    /// One update on `batch` (whole rows of the layout) with the smoothing noise of `rng`.
+    /// One update on `batch`, `[batch, row]`; `rng` gives the smoothing noise.
     ///
     /// # Errors
-    /// [`DeviceError`] where libtorch refuses.
+    /// [`DeviceError`] from libtorch.
     pub fn update(&mut self, batch: &[f32], rng: &mut ChaCha8Rng) -> Result<(), DeviceError> {
         #[cfg(feature = "torch")]
-        if let Some(away) = &mut self.torch {
-            self.agent.draw_normals(batch, rng, &mut away.normals);
-            let refusal = away.refusal();
-            away.agent.update_with(batch, &away.normals).map_err(refusal)?;
+        if let Some(backend) = &mut self.torch {
+            self.agent.sample_normals(batch, rng, &mut backend.normals);
+            let refusal = backend.refusal();
+            backend.agent.update_with(batch, &backend.normals).map_err(refusal)?;
             self.agent.updates += 1;
             return Ok(());
         }
@@ -94,38 +95,38 @@ impl Learner {
         Ok(())
     }
 
-    /// Of the latest update; the actor's of the latest that moved it.
+    /// Losses of the latest update; the actor's of the latest that updated it.
     ///
     /// # Errors
-    /// [`DeviceError`] where libtorch refuses.
+    /// [`DeviceError`] from libtorch.
     pub fn losses(&self) -> Result<Losses, DeviceError> {
         #[cfg(feature = "torch")]
-        if let Some(away) = &self.torch {
-            return away.agent.losses().map_err(away.refusal());
+        if let Some(backend) = &self.torch {
+            return backend.agent.losses().map_err(backend.refusal());
         }
         Ok(self.losses)
     }
 
-    /// The actor as it is now.
+    /// The present actor.
     ///
     /// # Errors
-    /// [`DeviceError`] where libtorch refuses.
+    /// [`DeviceError`] from libtorch.
     pub fn policy(&mut self) -> Result<Policy, DeviceError> {
         #[cfg(feature = "torch")]
-        if let Some(away) = &self.torch {
-            away.agent.store_actor(&mut self.agent).map_err(away.refusal())?;
+        if let Some(backend) = &self.torch {
+            backend.agent.store_actor(&mut self.agent).map_err(backend.refusal())?;
         }
         Ok(self.agent.actor.policy())
     }
 
-    /// Everything as it is now, in plain memory.
+    /// The present state of everything, copied to plain memory.
     ///
     /// # Errors
-    /// [`DeviceError`] where libtorch refuses.
+    /// [`DeviceError`] from libtorch.
     pub fn agent(&mut self) -> Result<&mut Agent, DeviceError> {
         #[cfg(feature = "torch")]
-        if let Some(away) = &self.torch {
-            away.agent.store(&mut self.agent).map_err(away.refusal())?;
+        if let Some(backend) = &self.torch {
+            backend.agent.store(&mut self.agent).map_err(backend.refusal())?;
         }
         Ok(&mut self.agent)
     }

@@ -1,26 +1,26 @@
-//! A fully connected network on one flat run of parameters.
+//! A fully connected network on one flat slice of parameters.
 //!
-//! Owns the forward pass, its hand-written derivative and the layout of the
-//! parameters. Refuses to know losses and optimisers.
+//! Holds the forward pass, its hand-written derivative and the layout of the
+//! parameters. Does not depend on losses or optimisers.
 
-use super::kernels::{self, Matrix, Target, multiply};
+use super::kernels::{self, Matrix, Output, multiply};
 use super::policy::{DenseLayer, Policy};
 use rand::Rng as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Every layer's parameters start on a multiple of a cache line: 16 numbers of 4 bytes.
+/// Each layer's parameters start on a multiple of a cache line: 16 numbers of 4 bytes.
 const ALIGNMENT: usize = 16;
 
-/// Where one layer's numbers lie: `weight[input][output]`, and `bias[output]`.
+/// Place of one layer in the flat slice: `weight[input][output]` and `bias[output]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Where the weights start.
+    /// Index of the first weight.
     pub weight: usize,
-    /// Where the biases start.
+    /// Index of the first bias.
     pub bias: usize,
-    /// Numbers that the layer takes.
+    /// Inputs of the layer.
     pub inputs: usize,
-    /// Numbers that it gives.
+    /// Outputs of the layer.
     pub outputs: usize,
 }
 
@@ -34,7 +34,7 @@ impl Span {
     }
 }
 
-/// Rectified hidden layers, linear output.
+/// Hidden layers with ReLU, linear output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mlp {
     spans: Vec<Span>,
@@ -44,18 +44,18 @@ pub struct Mlp {
     pub gradients: Vec<f32>,
 }
 
-/// What a forward pass leaves for the backward pass, and the backward pass's
-/// working memory; kept by the caller, so that no pass allocates.
+/// What the backward pass needs of a forward pass, and its working memory; the caller
+/// keeps it, so that no pass allocates.
 #[derive(Debug, Default)]
 pub struct Activations {
-    /// Each layer's output, `[batch, outputs]`, hidden ones rectified.
+    /// Each layer's output, `[batch, outputs]`, of hidden layers after the ReLU.
     outputs: Vec<Vec<f32>>,
-    /// A layer's derivative, and that of the layer below.
+    /// Derivatives by the output of a layer and of the layer below.
     gradients: [Vec<f32>; 2],
 }
 
 impl Activations {
-    /// The network's answer, `[batch, outputs]`.
+    /// The network's output, `[batch, outputs]`.
     pub fn output(&self) -> &[f32] {
         self.outputs.last().map_or(&[], Vec::as_slice)
     }
@@ -94,24 +94,24 @@ impl Mlp {
         network
     }
 
-    /// The network in the form that acts on one observation at a time.
+    /// The network in the form that evaluates one observation at a time.
     pub fn policy(&self) -> Policy {
         Policy::new(self.layers_of(&self.parameters))
     }
 
-    /// The layers of `flat`, which is laid out as `parameters`.
+    /// The layers in `flat`, which has the layout of `parameters`.
     pub fn layers_of(&self, flat: &[f32]) -> Vec<DenseLayer> {
         let layer =
             |span: &Span| DenseLayer { weight: span.weight(flat).to_vec(), bias: span.bias(flat).to_vec() };
         self.spans.iter().map(layer).collect()
     }
 
-    /// Where the layers lie in `parameters`, first layer first.
+    /// Places of the layers in `parameters`, first layer first.
     pub fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// Multiplications of a forward pass for one row; the additions are as many.
+    /// Multiplications of a forward pass for one row; there are as many additions.
     pub fn multiplications(&self) -> usize {
         self.spans.iter().map(|span| span.inputs * span.outputs).sum()
     }
@@ -129,40 +129,43 @@ impl Mlp {
             let output = &mut above[0];
             output.resize(input.row_count() * span.outputs, 0.0);
             let input = below.last().map_or(input, |below| Matrix::dense(below, span.inputs));
+            // output = bias + input x weight, then the ReLU on hidden layers.
             kernels::repeat(span.bias(&self.parameters), output);
             let weight = Matrix::dense(span.weight(&self.parameters), span.outputs);
-            multiply(output, input, weight, Target::Add);
+            multiply(output, input, weight, Output::Accumulate);
             if depth + 1 < self.spans.len() {
-                kernels::rectify(output);
+                kernels::relu(output);
             }
         }
     }
 
-    /// Carries the output's derivative (`[batch, outputs]`) back into [`Self::gradients`].
+    /// Backpropagates the output's derivative, `[batch, outputs]`, into [`Self::gradients`].
     pub fn backward(&mut self, input: Matrix<'_>, activations: &mut Activations, output_gradient: &[f32]) {
         let Activations { outputs, gradients: [gradient, below] } = activations;
         gradient.clear();
         gradient.extend_from_slice(output_gradient);
         for (depth, &span) in self.spans.iter().enumerate().rev() {
             if depth + 1 < self.spans.len() {
-                kernels::rectify_backward(&outputs[depth], gradient);
+                kernels::relu_backward(&outputs[depth], gradient);
             }
             let input = if depth == 0 { input } else { Matrix::dense(&outputs[depth - 1], span.inputs) };
-            let pulled = Matrix::dense(gradient, span.outputs);
+            // d/dweight = input^T x d/doutput, d/dbias = sum of d/doutput over the batch.
+            let by_output = Matrix::dense(gradient, span.outputs);
             let weight_gradient = &mut self.gradients[span.weight..][..span.inputs * span.outputs];
-            multiply(weight_gradient, input.turned(), pulled, Target::Replace);
+            multiply(weight_gradient, input.transposed(), by_output, Output::Overwrite);
             kernels::sum_rows(gradient, &mut self.gradients[span.bias..][..span.outputs]);
+            // d/dinput = d/doutput x weight^T; the first layer's input is not learned.
             if depth > 0 {
                 let weight = Matrix::dense(span.weight(&self.parameters), span.outputs);
                 below.resize(input.row_count() * span.inputs, 0.0);
-                multiply(below, pulled, weight.turned(), Target::Replace);
+                multiply(below, by_output, weight.transposed(), Output::Overwrite);
                 std::mem::swap(gradient, below);
             }
         }
     }
 
-    /// Carries the output's derivative back to the inputs from `first` on, `[batch,
-    /// inputs - first]`; [`Self::gradients`] keeps what it had.
+    /// Backpropagates the output's derivative to the inputs from `first` on and returns
+    /// that, `[batch, inputs - first]`; [`Self::gradients`] stays unchanged.
     pub fn backward_to_input<'a>(
         &self,
         first: usize,
@@ -174,22 +177,23 @@ impl Mlp {
         gradient.extend_from_slice(output_gradient);
         for (depth, &span) in self.spans.iter().enumerate().rev() {
             if depth + 1 < self.spans.len() {
-                kernels::rectify_backward(&outputs[depth], gradient);
+                kernels::relu_backward(&outputs[depth], gradient);
             }
             let skipped = if depth == 0 { first } else { 0 };
             let wanted = span.inputs - skipped;
             let weight = span.weight(&self.parameters);
             let weight = Matrix::rows(weight, skipped * span.outputs, wanted, span.outputs, span.outputs);
-            let pulled = Matrix::dense(gradient, span.outputs);
-            below.resize(pulled.row_count() * wanted, 0.0);
-            multiply(below, pulled, weight.turned(), Target::Replace);
+            // d/dinput = d/doutput x weight^T.
+            let by_output = Matrix::dense(gradient, span.outputs);
+            below.resize(by_output.row_count() * wanted, 0.0);
+            multiply(below, by_output, weight.transposed(), Output::Overwrite);
             std::mem::swap(gradient, below);
         }
         gradient
     }
 }
 
-/// What only tests ask for.
+/// For tests.
 #[cfg(test)]
 impl Mlp {
     /// Replaces the layers.
@@ -207,7 +211,7 @@ mod tests {
     use super::*;
 
     const INPUT: [f32; 12] = [0.1, -0.4, 0.9, 1.0, 0.3, -0.2, -0.7, 0.6, 0.5, 0.0, 0.2, -1.0];
-    /// What the loss asks of each output.
+    /// The loss's derivative by each output.
     const PULL: [f32; 8] = [0.3, -0.2, 1.0, 0.5, -0.7, 0.1, 0.4, -0.9];
 
     fn network() -> Mlp {
@@ -220,14 +224,14 @@ mod tests {
         activations.output().iter().zip(PULL).map(|(o, p)| f64::from(*o) * f64::from(p)).sum()
     }
 
-    /// By one number: the slope over a small way to either side.
+    /// Central difference.
     fn slope(mut loss_at: impl FnMut(f32) -> f64) -> f32 {
         const WAY: f32 = 1.0 / 1024.0;
         ((loss_at(WAY) - loss_at(-WAY)) / f64::from(2.0 * WAY)) as f32
     }
 
     #[test]
-    fn derivatives_by_every_parameter_and_input_are_the_losss_slopes() {
+    fn derivatives_by_every_parameter_and_input_match_central_differences() {
         let mut network = network();
         let mut activations = Activations::default();
         network.forward(Matrix::dense(&INPUT, 3), &mut activations);
@@ -260,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn the_policy_says_what_the_network_says() {
+    fn the_policys_action_is_the_tanh_of_the_networks_output() {
         let network = network();
         let mut policy = network.policy();
         let mut activations = Activations::default();
@@ -276,9 +280,9 @@ mod tests {
         }
     }
 
-    /// A smaller batch after a larger one must not see what the larger one left.
+    /// A smaller batch after a larger one must not read what the larger one left.
     #[test]
-    fn working_memory_can_be_used_again_for_another_batch_and_network() {
+    fn activations_can_be_used_again_for_another_batch_and_network() {
         let network = network();
         let mut used = Activations::default();
         let other = Mlp::random(&[3, 7, 1], &mut stream(4, Purpose::Initialise, 0));

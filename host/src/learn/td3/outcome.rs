@@ -1,6 +1,7 @@
-//! What a training run says while it goes on and when it ends.
+//! Events, result and errors of a training run.
 //!
-//! Owns the words between the trainer and whoever shows them.
+//! Holds the types between the trainer and the command line. Does not depend on how
+//! they are shown.
 
 use super::checkpoint::CheckpointError;
 use super::collect::CollectError;
@@ -13,66 +14,66 @@ use thiserror::Error;
 /// Why a run stopped before its schedule was done.
 #[derive(Debug, Error)]
 pub enum TrainError {
-    /// Losses or weights are no numbers any more.
+    /// Losses or weights are NaN, infinite or too large.
     #[error("learning diverged at update {updates}: critic loss {critic_loss}, mean value {q_mean}")]
     Diverged {
         /// Updates done.
         updates: u64,
-        /// Of the latest round.
+        /// Critic loss of the latest round.
         critic_loss: f64,
-        /// Of the latest round.
+        /// Mean value of the latest round.
         q_mean: f64,
     },
-    /// The task's fault.
+    /// The task failed.
     #[error(transparent)]
     Collect(#[from] CollectError),
-    /// The checkpoint's fault.
+    /// The checkpoint cannot be read or written.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// A policy cannot be written.
+    /// The policy cannot be written.
     #[error(transparent)]
     Policy(#[from] TensorFileError),
     /// Another file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The device's fault.
+    /// The device is not available, or failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// A bug in the simulation; its message is on standard error.
+    /// A bug in the simulation; the panic's message is on standard error.
     #[error("the thread that gathers experience panicked")]
     CollectorGone,
 }
 
-/// How a run ended without an error.
+/// How a run ended, where there was no error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// The schedule is done.
+    /// The schedule is complete.
     Done,
-    /// Asked to stop; the checkpoint is written.
+    /// Stopped on request, with a checkpoint.
     Stopped,
 }
 
-/// What a run came to.
+/// Result of a training run.
 #[derive(Debug)]
 pub struct Outcome {
-    /// How.
+    /// Complete or stopped.
     pub ending: Ending,
-    /// Every evaluation; the first is that of the untrained policy.
+    /// Every evaluation; the first is of the untrained policy.
     pub curve: Vec<CurvePoint>,
-    /// Index of the best.
+    /// Index of the best evaluation.
     pub best: usize,
     /// Updates done.
     pub updates: u64,
     /// Control steps gathered.
     pub env_steps: u64,
-    /// Wall-clock time, interruptions left out.
+    /// Wall-clock time without interruptions.
     pub wall_s: f64,
 }
 
-/// What the caller hears while a run goes on.
+/// Progress of a run, as the caller sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// An interrupted run goes on; its best policy is in the folder.
+    /// An interrupted run is resumed; its best policy is in the folder.
     Resumed {
         /// Updates done before.
         updates: u64,
@@ -84,11 +85,11 @@ pub enum Event {
         /// Control steps gathered.
         env_steps: u64,
     },
-    /// An evaluation is done and saved.
+    /// An evaluation is done and written.
     Evaluated {
         /// The row of the learning curve.
         point: CurvePoint,
-        /// Its policy is the best so far, and written.
+        /// Whether its policy is the best so far; it is then written.
         best: bool,
     },
 }

@@ -1,13 +1,13 @@
-//! A trained actor in plain Rust: observation in, action out.
+//! A trained actor: observation in, action out.
 //!
-//! Owns the one-observation forward pass and the policy file; refuses to know
-//! how it was learned: gathering, recording and playing need nothing else.
+//! Holds the forward pass of one observation and the policy file. Does not depend on
+//! the learner: gathering, recording and playing need nothing else.
 
 use super::tensor_file::{TensorFile, TensorFileError};
 use std::path::Path;
 
-/// A layer as the forward pass walks it: `weight[input][output]`, so that the
-/// inner loop runs along memory and the compiler can use vector instructions.
+/// A layer with `weight[input][output]`, so that the inner loop runs along memory and
+/// the compiler can use vector instructions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DenseLayer {
     /// `inputs * outputs` numbers.
@@ -22,7 +22,7 @@ impl DenseLayer {
     }
 }
 
-/// Rectified layers and a hyperbolic tangent at the end.
+/// Hidden layers with ReLU and a hyperbolic tangent at the end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Policy {
     layers: Vec<DenseLayer>,
@@ -30,7 +30,7 @@ pub struct Policy {
 }
 
 impl Policy {
-    /// A policy of these layers, at least one; each takes what the one before gives.
+    /// A policy of these layers, at least one; each has as many inputs as the one before has outputs.
     pub fn new(layers: Vec<DenseLayer>) -> Self {
         Self { layers, scratch: [Vec::new(), Vec::new()] }
     }
@@ -45,7 +45,7 @@ impl Policy {
         self.layers.last().map_or(0, |layer| layer.bias.len())
     }
 
-    /// Whether every weight is a number.
+    /// Whether no weight is NaN or infinite.
     pub fn is_finite(&self) -> bool {
         self.layers.iter().all(|layer| layer.weight.iter().chain(&layer.bias).all(|w| w.is_finite()))
     }
@@ -60,7 +60,7 @@ impl Policy {
             output.clear();
             output.extend_from_slice(&layer.bias);
             for (&x, weights) in input.iter().zip(layer.weight.chunks_exact(layer.bias.len())) {
-                // Half of the rectified neurons are silent.
+                // The ReLU makes half of the inputs 0.
                 if x != 0.0 {
                     for (sum, &weight) in output.iter_mut().zip(weights) {
                         *sum += x * weight;
@@ -79,8 +79,8 @@ impl Policy {
         }
     }
 
-    /// Writes the weights as `layer1.weight` (`[outputs, inputs]`, as PyTorch has
-    /// them), `layer1.bias` and so on.
+    /// Writes the weights as `layer1.weight` (`[outputs, inputs]`, as in PyTorch),
+    /// `layer1.bias` and so on.
     ///
     /// # Errors
     /// [`TensorFileError`] with the old file still in place.
@@ -98,7 +98,7 @@ impl Policy {
     /// Reads what [`Self::save`] wrote.
     ///
     /// # Errors
-    /// [`TensorFileError`] if there is no file, or what is in it is no network.
+    /// [`TensorFileError`] if there is no file, or it holds no network.
     pub fn load(path: &Path) -> Result<Self, TensorFileError> {
         let mut file = TensorFile::load(path)?;
         let mut layers: Vec<DenseLayer> = Vec::new();
@@ -128,7 +128,7 @@ fn bias_name(layer: usize) -> String {
     format!("layer{}.bias", layer + 1)
 }
 
-/// `matrix` of `rows` times `columns`, turned.
+/// `matrix`, `[rows, columns]`, as `[columns, rows]`.
 fn transposed(matrix: &[f32], rows: usize, columns: usize) -> Vec<f32> {
     (0..columns).flat_map(|c| (0..rows).map(move |r| matrix[r * columns + c])).collect()
 }
@@ -149,7 +149,7 @@ mod tests {
 
         two_layers().act(&[1.0, -1.0], &mut action);
 
-        // Hidden: 1 - 0.5 + 0.5 = 1; -1 - 0 - 0.25 < 0, silent; 2 - 1 = 1.
+        // Hidden: 1 - 0.5 + 0.5 = 1; -1 - 0 - 0.25 < 0, so 0; 2 - 1 = 1.
         // Output: 0.1 + 0.5 + 0.25 = 0.85.
         assert!((action[0] - 0.85_f32.tanh()).abs() < 1e-6, "{action:?}");
     }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_that_is_no_number_is_refused() {
+    fn a_weight_that_is_nan_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("policy.safetensors");
         let mut broken = two_layers();

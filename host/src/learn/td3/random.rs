@@ -1,14 +1,15 @@
 //! Random numbers by purpose and round.
 //!
-//! Every use draws from a ChaCha stream of its own, named by what it is for and
-//! by the round it belongs to. So no generator outlives a round, a checkpoint
-//! needs none of their states, and drawing more of one kind moves no other.
+//! Holds the numbering of the random streams. Does not depend on what is sampled.
+//! Each purpose has its own ChaCha stream in each round: no generator outlives a
+//! round, a checkpoint needs no generator's state, and sampling more for one purpose
+//! does not change another.
 
 use rand::RngCore as _;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
-/// What random numbers are drawn for.
+/// What random numbers are for; the value is a part of the stream's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
@@ -26,14 +27,14 @@ pub enum Purpose {
     EvaluationEpisode = 5,
     /// Seeds of recorded trials.
     RecordedTrial = 6,
-    /// Seeds of the episodes that choose among runs.
+    /// Seeds of the episodes that compare the policies of several seeds.
     CompareEpisode = 7,
 }
 
 /// The generator of one purpose in one round (or of one episode, or trial).
 pub fn stream(seed: u64, purpose: Purpose, round: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // 2^56 rounds are more than any run has.
+    // No run has 2^56 rounds.
     rng.set_stream((purpose as u64) << 56 | round);
     rng
 }

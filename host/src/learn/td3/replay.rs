@@ -1,13 +1,14 @@
-//! The last transitions, and random batches of them.
+//! The replay buffer: the latest transitions, and random batches of them.
 //!
-//! Owns a ring of rows in plain memory. Refuses to know time limits: a row says
-//! whether the task *ended*, and a truncated episode did not.
+//! Holds a ring buffer of rows in plain memory. Does not depend on time limits: a row
+//! says whether its next state is terminal, and that of a truncated episode is
+//! bootstrapped (not terminal).
 
 use rand::Rng as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Lengths of a transition's parts; a row is observation, action, reward,
-/// continuation, next observation.
+/// Lengths of a transition's parts; a row is observation, action, reward, whether
+/// the next state is not terminal, next observation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Numbers in an observation.
@@ -17,24 +18,24 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Where the action starts.
+    /// First column of the action.
     pub const fn action(self) -> usize {
         self.observation_len
     }
 
-    /// Where the reward stands.
+    /// Column of the reward.
     pub const fn reward(self) -> usize {
         self.observation_len + self.action_len
     }
 
-    /// Where the continuation stands: 0 if the task ended here, else 1.
-    pub const fn continuation(self) -> usize {
+    /// Column that is 0 if the next state is terminal, otherwise 1: the factor of its value.
+    pub const fn not_terminal(self) -> usize {
         self.reward() + 1
     }
 
-    /// Where the next observation starts.
+    /// First column of the next observation.
     pub const fn next_observation(self) -> usize {
-        self.continuation() + 1
+        self.not_terminal() + 1
     }
 
     /// Numbers in a row.
@@ -54,29 +55,29 @@ impl Layout {
         rows.extend_from_slice(from);
         rows.extend_from_slice(action);
         rows.push(outcome.reward);
-        // A time limit is no end: beyond it the task would have gone on.
+        // A time limit is not terminal: the task would have gone on beyond it.
         rows.push(if outcome.terminated { 0.0 } else { 1.0 });
         rows.extend_from_slice(to);
     }
 }
 
-/// A ring of transitions.
+/// A ring buffer of transitions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Replay {
+pub struct ReplayBuffer {
     layout: Layout,
     capacity: usize,
-    /// Where the next row goes once the ring is full.
+    /// Index of the next row once the buffer is full.
     next: usize,
     rows: Vec<f32>,
 }
 
-impl Replay {
-    /// An empty ring of `capacity` transitions.
+impl ReplayBuffer {
+    /// An empty buffer for `capacity` transitions.
     pub fn new(layout: Layout, capacity: usize) -> Self {
         Self { layout, capacity, next: 0, rows: Vec::new() }
     }
 
-    /// A ring as [`Self::rows`] and [`Self::next`] left it; `None` if they do not fit together.
+    /// A buffer from [`Self::rows`] and [`Self::next`]; `None` if they contradict each other.
     pub fn restore(layout: Layout, capacity: usize, rows: Vec<f32>, next: usize) -> Option<Self> {
         let len = rows.len() / layout.row_len();
         let whole = rows.len().is_multiple_of(layout.row_len());
@@ -84,32 +85,32 @@ impl Replay {
         (whole && len <= capacity && placed).then_some(Self { layout, capacity, next, rows })
     }
 
-    /// Parts of a row.
+    /// The layout of a row.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// Transitions held.
+    /// Number of transitions.
     pub fn len(&self) -> usize {
         self.rows.len() / self.layout.row_len()
     }
 
-    /// Whether there is nothing to learn from yet.
+    /// Whether there is no transition yet.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Everything held, oldest first only until the ring has wrapped.
+    /// All rows; the oldest is first only until the buffer has wrapped.
     pub fn rows(&self) -> &[f32] {
         &self.rows
     }
 
-    /// The slot that the next transition replaces once the ring is full.
+    /// Index of the row that the next transition replaces once the buffer is full.
     pub fn next(&self) -> usize {
         self.next
     }
 
-    /// Adds whole rows; the oldest give way.
+    /// Adds whole rows, in place of the oldest once the buffer is full.
     pub fn extend(&mut self, rows: &[f32]) {
         let width = self.layout.row_len();
         for row in rows.chunks_exact(width) {
@@ -122,7 +123,7 @@ impl Replay {
         }
     }
 
-    /// Fills `batch` with `count` rows drawn with replacement; the ring must not be empty.
+    /// Fills `batch` with `count` rows sampled with replacement; the buffer must not be empty.
     pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng, batch: &mut Vec<f32>) {
         let width = self.layout.row_len();
         batch.clear();
@@ -148,13 +149,13 @@ mod tests {
         row
     }
 
-    fn rewards(replay: &Replay) -> Vec<f32> {
+    fn rewards(replay: &ReplayBuffer) -> Vec<f32> {
         replay.rows().chunks(LAYOUT.row_len()).map(|row| row[LAYOUT.reward()]).collect()
     }
 
     #[test]
-    fn a_full_ring_forgets_the_oldest_first() {
-        let mut replay = Replay::new(LAYOUT, 3);
+    fn a_full_buffer_replaces_the_oldest_first() {
+        let mut replay = ReplayBuffer::new(LAYOUT, 3);
 
         for number in 0..5 {
             replay.extend(&row(number as f32));
@@ -165,23 +166,23 @@ mod tests {
     }
 
     #[test]
-    fn a_time_limit_is_not_an_end_but_a_fall_is() {
+    fn a_time_limit_is_bootstrapped_and_a_fall_is_terminal() {
         let step =
             |terminated, truncated| Step { reward: 1.0, terminated, truncated, forward_speed_m_s: 0.0 };
-        let continuation = |outcome| {
+        let not_terminal = |outcome| {
             let mut row = Vec::new();
             LAYOUT.push_row(&mut row, &[0.0], &[0.0], &outcome, &[0.0]);
-            row[LAYOUT.continuation()]
+            row[LAYOUT.not_terminal()]
         };
 
-        assert_eq!(continuation(step(false, true)), 1.0);
-        assert_eq!(continuation(step(true, false)), 0.0);
-        assert_eq!(continuation(step(true, true)), 0.0);
+        assert_eq!(not_terminal(step(false, true)), 1.0);
+        assert_eq!(not_terminal(step(true, false)), 0.0);
+        assert_eq!(not_terminal(step(true, true)), 0.0);
     }
 
     #[test]
     fn batches_reach_every_transition_and_none_that_left() {
-        let mut replay = Replay::new(LAYOUT, 4);
+        let mut replay = ReplayBuffer::new(LAYOUT, 4);
         for number in 0..6 {
             replay.extend(&row(number as f32));
         }
@@ -196,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_that_does_not_fit_together_is_not_restored() {
+    fn a_buffer_that_contradicts_itself_is_not_restored() {
         let full: Vec<f32> = [row(0.0), row(1.0)].concat();
 
-        assert!(Replay::restore(LAYOUT, 2, full.clone(), 1).is_some());
-        assert!(Replay::restore(LAYOUT, 2, full.clone(), 2).is_none());
-        assert!(Replay::restore(LAYOUT, 1, full.clone(), 0).is_none());
-        assert!(Replay::restore(LAYOUT, 3, full[1..].to_vec(), 0).is_none());
+        assert!(ReplayBuffer::restore(LAYOUT, 2, full.clone(), 1).is_some());
+        assert!(ReplayBuffer::restore(LAYOUT, 2, full.clone(), 2).is_none());
+        assert!(ReplayBuffer::restore(LAYOUT, 1, full.clone(), 0).is_none());
+        assert!(ReplayBuffer::restore(LAYOUT, 3, full[1..].to_vec(), 0).is_none());
     }
 }

@@ -1,6 +1,7 @@
-//! Named arrays of numbers in a safetensors file.
+//! Named arrays of `f32` in a safetensors file.
 //!
-//! Owns the translation and its errors; refuses every kind of number but f32.
+//! Holds the conversion and its errors. Does not depend on what the arrays mean.
+//! Other number types are an error.
 
 use crate::run_folder::{self, FileError};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
@@ -15,37 +16,37 @@ pub enum TensorFileError {
     #[error(transparent)]
     File(#[from] FileError),
     /// Not a safetensors file, or a cut one.
-    #[error("{path} is no safetensors file, or a damaged one")]
+    #[error("{path} is not a safetensors file, or it is damaged")]
     Format {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// Why.
         source: safetensors::SafeTensorError,
     },
     /// An array is missing or does not fit the others.
-    #[error("{path}: {name} is missing, not f32, or of another shape than the rest asks for")]
+    #[error("{path}: {name} is missing, not f32, or of a shape that does not match the rest")]
     Shape {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// The array.
         name: String,
     },
-    /// A number is infinite or none.
-    #[error("{path}: {name} has a value that is not finite")]
+    /// A number is NaN or infinite.
+    #[error("{path}: {name} has a value that is NaN or infinite")]
     NotFinite {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// The array.
         name: String,
     },
 }
 
-/// An array: its shape and its numbers, last dimension fastest.
+/// An array in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     /// Sizes of the dimensions.
     pub shape: Vec<usize>,
-    /// As many as the shape says.
+    /// As many as the product of the shape.
     pub numbers: Vec<f32>,
 }
 
@@ -57,12 +58,12 @@ pub struct TensorFile {
 }
 
 impl TensorFile {
-    /// A file to be, still empty.
+    /// An empty file, to be saved at `path`.
     pub fn new(path: &Path) -> Self {
         Self { path: path.to_owned(), arrays: BTreeMap::new() }
     }
 
-    /// Adds an array; `numbers` are as many as `shape` says.
+    /// Adds an array; the length of `numbers` must be the product of `shape`.
     pub fn put(&mut self, name: impl Into<String>, shape: &[usize], numbers: Vec<f32>) {
         self.arrays.insert(name.into(), Array { shape: shape.to_vec(), numbers });
     }
@@ -72,7 +73,7 @@ impl TensorFile {
         self.arrays.contains_key(name)
     }
 
-    /// Takes an array out.
+    /// Removes and returns an array.
     ///
     /// # Errors
     /// [`TensorFileError::Shape`] where it is missing, [`TensorFileError::NotFinite`].
@@ -85,24 +86,24 @@ impl TensorFile {
         }
     }
 
-    /// Takes out an array of exactly `len` numbers.
+    /// Removes and returns an array of exactly `len` numbers.
     ///
     /// # Errors
-    /// As [`Self::take`], and if the length is another.
+    /// As [`Self::take`], and if the length differs.
     pub fn take_len(&mut self, name: &str, len: usize) -> Result<Vec<f32>, TensorFileError> {
         let numbers = self.take(name)?.numbers;
         if numbers.len() == len { Ok(numbers) } else { Err(self.misfit(name)) }
     }
 
-    /// The error for an array that does not fit.
+    /// The error for an array whose shape does not match.
     pub fn misfit(&self, name: &str) -> TensorFileError {
         TensorFileError::Shape { path: self.path.clone(), name: name.to_owned() }
     }
 
-    /// Writes the file or leaves the old one.
+    /// Writes the file.
     ///
     /// # Errors
-    /// [`TensorFileError::File`].
+    /// [`TensorFileError::File`], with the old file still in place.
     pub fn save(&self) -> Result<(), TensorFileError> {
         let bytes: Vec<(&String, &Array, Vec<u8>)> = self
             .arrays
@@ -119,7 +120,7 @@ impl TensorFile {
         Ok(run_folder::write(&self.path, &file)?)
     }
 
-    /// Reads a file whole.
+    /// Reads a whole file.
     ///
     /// # Errors
     /// [`TensorFileError`] if it cannot be read or holds anything but f32.

@@ -1,9 +1,9 @@
-//! The learner's updates on libtorch, on the CPU or on a GPU.
+//! The TD3 update on libtorch, on the CPU or on a GPU.
 //!
-//! Owns the agent's numbers as tensors while it learns. Refuses to make or
-//! save any: it starts from an [`Agent`] and hands the numbers back to one.
-//! Networks, losses, optimiser and noise are that agent's; only the order of
-//! summation differs, so both agree to rounding and not bit for bit.
+//! Holds the agent's numbers as tensors while it learns. Does not initialise or save
+//! any: it copies them from an [`Agent`] and back. Networks, losses, optimiser and
+//! noise are the agent's; the order of summation differs, so that both agree to
+//! rounding and not bit for bit.
 
 mod adam;
 mod networks;
@@ -16,7 +16,7 @@ use adam::TorchAdam;
 use networks::{Activations, Networks, Wanted, read_row};
 use tch::{Device, Kind, TchError, Tensor};
 
-/// Actor, critics, targets and optimisers on one device.
+/// Actor, critics, target networks and optimisers on one device.
 #[derive(Debug)]
 pub struct TorchAgent {
     config: Td3Config,
@@ -32,25 +32,25 @@ pub struct TorchAgent {
     latest: Latest,
 }
 
-/// What the losses are made of; to fetch them after every update would cost time.
+/// Tensors that the losses are computed from on request; fetching after every update would cost time.
 #[derive(Debug, Default)]
 struct Latest {
-    /// What both critics should have said, `[batch, 1]`.
+    /// Target values of both critics, `[batch, 1]`.
     target: Option<Tensor>,
-    /// What they said, `[2, batch, 1]`.
+    /// Values of both critics, `[2, batch, 1]`.
     values: Option<Tensor>,
-    /// What the first said of the actor's actions, `[1, batch, 1]`.
-    judged: Option<Tensor>,
+    /// The first critic's values of the actor's actions, `[1, batch, 1]`.
+    actor_values: Option<Tensor>,
 }
 
 impl TorchAgent {
-    /// Goes on where `agent` stands.
+    /// Copies `agent` to `device`.
     ///
-    /// libtorch is kept to one thread: these products are too small to share,
+    /// libtorch is limited to one thread: these products are too small to share,
     /// the other core simulates, and the order of summation stays the same.
     ///
     /// # Errors
-    /// libtorch's, where the device has no room.
+    /// libtorch's, if the device is out of memory.
     pub fn new(agent: &Agent, device: Device) -> Result<Self, TchError> {
         tch::set_num_threads(1);
         let [critic1, critic2] = &agent.critics;
@@ -71,7 +71,7 @@ impl TorchAgent {
         })
     }
 
-    /// Hands the actor's parameters back.
+    /// Copies the actor's parameters back.
     ///
     /// # Errors
     /// libtorch's.
@@ -79,7 +79,7 @@ impl TorchAgent {
         read_row(&self.actor.parameters, 0, &mut agent.actor.parameters)
     }
 
-    /// Hands everything back that a checkpoint keeps.
+    /// Copies everything back that a checkpoint holds.
     ///
     /// # Errors
     /// libtorch's.
@@ -96,27 +96,26 @@ impl TorchAgent {
         (0..).zip(&mut agent.critics_adam).try_for_each(|(copy, adam)| self.critics_adam.store(copy, adam))
     }
 
-    /// One update with smoothing noise made of these standard normal numbers, one
-    /// for each row and action.
+    /// One update; `normals`, `[batch, action]`, become the smoothing noise.
     ///
     /// # Errors
-    /// libtorch's, after which the numbers are no use.
+    /// libtorch's; the numbers are then unusable.
     pub fn update_with(&mut self, batch: &[f32], normals: &[f32]) -> Result<(), TchError> {
         tch::no_grad(|| {
             let rows = [-1, self.layout.row_len() as i64];
             let rows = Tensor::f_from_slice(batch)?.f_view(rows)?.f_to(self.device)?;
             self.updates += 1;
-            let target = self.target(&rows, &self.smoothing_noise(normals)?)?;
+            let target = self.compute_targets(&rows, &self.smoothing_noise(normals)?)?;
             self.update_critics(&rows, target)?;
             if self.updates.is_multiple_of(self.config.policy_delay) {
                 self.update_actor(&rows)?;
-                self.follow()?;
+                self.soft_update()?;
             }
             Ok(())
         })
     }
 
-    /// Of the latest update; the actor's of the latest that moved it.
+    /// Losses of the latest update; the actor's of the latest that updated it.
     ///
     /// # Errors
     /// libtorch's.
@@ -128,36 +127,36 @@ impl TorchAgent {
         Ok(Losses {
             // The mean is over both critics, the loss their sum.
             critic: 2.0 * mean(&values.f_sub(target)?.f_square()?)?,
-            actor: self.latest.judged.as_ref().map(|judged| mean(judged).map(|q| -q)).transpose()?,
+            actor: self.latest.actor_values.as_ref().map(|values| mean(values).map(|q| -q)).transpose()?,
             q_mean: mean(values)?,
         })
     }
 
-    /// Clipped noise on the target policy's action, `[batch, actions]`.
+    /// Clipped noise on the target policy's actions, `[batch, actions]`.
     fn smoothing_noise(&self, normals: &[f32]) -> Result<Tensor, TchError> {
         let noise: Vec<f32> = normals.iter().map(|&normal| self.config.smoothing_noise(normal)).collect();
         Tensor::f_from_slice(&noise)?.f_view([-1, self.layout.action_len as i64])?.f_to(self.device)
     }
 
-    /// What both critics should have said, `[batch, 1]`: reward plus the discounted
-    /// smaller value of the smoothed target action.
+    /// Target values of both critics, `[batch, 1]`: reward plus the discounted smaller
+    /// value of the smoothed target action.
     ///
     /// # Source
     /// Fujimoto et al. (2018), algorithm 1.
-    fn target(&self, rows: &Tensor, noise: &Tensor) -> Result<Tensor, TchError> {
+    fn compute_targets(&self, rows: &Tensor, noise: &Tensor) -> Result<Tensor, TchError> {
         let layout = self.layout;
         let next = columns(rows, layout.next_observation(), layout.observation_len)?;
         let mut action = act(&self.target_actor.forward(&next)?)?.f_add(noise)?;
         let _ = action.f_clamp_(-1.0, 1.0)?;
         let values = self.target_critics.forward(&Tensor::f_cat(&[next, action], 1)?)?;
-        // `amin` keeps a value that is no number: divergence must show.
+        // `amin` propagates NaN: divergence must be seen.
         let smaller = values.output().f_amin([0_i64].as_slice(), false)?;
-        let continuation = columns(rows, layout.continuation(), 1)?;
-        let future = smaller.f_mul(&continuation)?.f_mul_scalar(self.config.gamma)?;
+        let not_terminal = columns(rows, layout.not_terminal(), 1)?;
+        let future = smaller.f_mul(&not_terminal)?.f_mul_scalar(self.config.gamma)?;
         columns(rows, layout.reward(), 1)?.f_add(&future)
     }
 
-    /// Moves both critics towards `target`.
+    /// One gradient step of both critics on their squared error to `target`.
     fn update_critics(&mut self, rows: &Tensor, target: Tensor) -> Result<(), TchError> {
         let activations = self.critics.forward(&columns(rows, 0, self.layout.reward())?)?;
         let error = activations.output().f_sub(&target)?;
@@ -170,27 +169,27 @@ impl TorchAgent {
         Ok(())
     }
 
-    /// Climbs the first critic.
+    /// One gradient step of the actor up the first critic's value.
     fn update_actor(&mut self, rows: &Tensor) -> Result<(), TchError> {
         let layout = self.layout;
         let observation = columns(rows, 0, layout.observation_len)?;
         let activations = self.actor.forward(&observation)?;
         let action = act(&activations)?;
         let input = Tensor::f_cat(&[&observation, &action], 1)?;
-        let judged = self.critics.forward_first(&input)?;
-        let downhill = judged.output().f_full_like(-1.0 / rows.size()[0] as f64)?;
-        if let Some(gradient) = self.critics.backward(&judged, downhill, Wanted::Input)? {
+        let values = self.critics.forward_first(&input)?;
+        let gradient = values.output().f_full_like(-1.0 / rows.size()[0] as f64)?;
+        if let Some(gradient) = self.critics.backward(&values, gradient, Wanted::Input)? {
             let gradient = gradient.f_narrow(2, layout.action() as i64, layout.action_len as i64)?;
             let gradient = Tensor::f_tanh_backward(&gradient, &action.f_unsqueeze(0)?)?;
             self.actor.backward(&activations, gradient, Wanted::Parameters)?;
             self.actor_adam.step(&mut self.actor.parameters, &self.actor.gradients)?;
         }
-        self.latest.judged = Some(judged.output().shallow_clone());
+        self.latest.actor_values = Some(values.output().shallow_clone());
         Ok(())
     }
 
-    /// Moves the targets a share `tau` of the way.
-    fn follow(&mut self) -> Result<(), TchError> {
+    /// Moves all target networks towards their sources by the share `tau`.
+    fn soft_update(&mut self) -> Result<(), TchError> {
         let tau = self.config.tau;
         let _ = self.target_actor.parameters.f_lerp_(&self.actor.parameters, tau)?;
         let _ = self.target_critics.parameters.f_lerp_(&self.critics.parameters, tau)?;
@@ -198,10 +197,10 @@ impl TorchAgent {
     }
 }
 
-/// What only tests ask for.
+/// For tests.
 #[cfg(test)]
 impl TorchAgent {
-    /// The latest update's derivatives, into those of `agent`.
+    /// Copies the latest update's derivatives to `agent`.
     pub fn store_gradients(&self, agent: &mut Agent) -> Result<(), TchError> {
         read_row(&self.actor.gradients, 0, &mut agent.actor.gradients)?;
         let critics = (0..).zip(&mut agent.critics);
@@ -210,7 +209,7 @@ impl TorchAgent {
             .try_for_each(|(copy, to)| read_row(&self.critics.gradients, copy, &mut to.gradients))
     }
 
-    /// What the latest update's critics should have said.
+    /// Target values of the latest update.
     pub fn latest_target(&self) -> Result<Vec<f32>, TchError> {
         let Some(target) = &self.latest.target else { return Ok(Vec::new()) };
         let mut numbers = vec![0.0; target.numel()];

@@ -1,9 +1,9 @@
-//! A training run: gather, learn, judge, save, until the schedule is done.
+//! A training run: gather, learn, evaluate, save, until the schedule is done.
 //!
-//! Owns the order of things and the run folder's learning files. One thread
-//! gathers round `r` while this one learns from everything up to `r - 1`, and
-//! then helps to gather; both wait for each other at the end of a round and
-//! nowhere else, so timing changes nothing but the wall clock.
+//! Holds the main loop and the run folder's learning files. Does not depend on the
+//! task. One thread gathers round `r` while this one learns from everything up to
+//! `r - 1` and then helps to gather; they wait for each other at the end of a round
+//! and nowhere else, so that timing does not change the result.
 
 use super::MakeEnv;
 use super::agent::{Agent, Losses};
@@ -16,8 +16,9 @@ use super::evaluate::evaluate;
 use super::events::EventFile;
 use super::learner::Learner;
 use super::outcome::{Ending, Event, Outcome, TrainError};
+use super::policy_description::PolicyDescription;
 use super::random::{Purpose, stream};
-use super::replay::{Layout, Replay};
+use super::replay::{Layout, ReplayBuffer};
 use crate::run_folder;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -26,48 +27,48 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::Instant;
 
-/// A mean value beyond this belongs to no task here: rewards are of order 1 and
-/// gamma at most 0.9999.
+/// A mean value beyond this means divergence: rewards are of order 1 and gamma is at
+/// most 0.9999.
 const DIVERGED_Q: f64 = 1e6;
 
-/// What a run learns and where it is kept.
+/// The inputs of a training run.
 pub struct Run<'a> {
     /// Algorithm and schedule, checked.
     pub learning: &'a Learning,
-    /// The task, as often as needed.
+    /// Builds the task, once for each environment.
     pub make_env: MakeEnv<'a>,
-    /// Names every random number.
+    /// Random seed.
     pub seed: u64,
-    /// What computes the updates; a resumed run may change it.
+    /// Device of the updates; a resumed run may change it.
     pub device: Device,
-    /// The run folder; it exists.
+    /// The run folder, which must exist.
     pub folder: &'a Path,
-    /// Stops the run at the end of the round once it is true.
+    /// Set to true, stops the run at the end of the round.
     pub stop: &'a AtomicBool,
 }
 
 struct State {
     learner: Learner,
-    replay: Replay,
+    replay: ReplayBuffer,
     progress: Progress,
     events: EventFile,
 }
 
-/// The thread that gathers.
-struct Helper {
+/// Channels to the thread that gathers.
+struct GatheringThread {
     orders: mpsc::Sender<Arc<Round>>,
     done: mpsc::Receiver<()>,
 }
 
-impl Helper {
-    /// Has a round begun.
+impl GatheringThread {
+    /// Starts a round.
     fn begin(&self, order: Order) -> Result<Arc<Round>, TrainError> {
         let round = Arc::new(Round::new(order));
         self.orders.send(Arc::clone(&round)).map_err(|_| TrainError::CollectorGone)?;
         Ok(round)
     }
 
-    /// Returns when the thread has no environment of the round in hand.
+    /// Waits until the thread works on no environment of the round.
     fn wait(&self) -> Result<(), TrainError> {
         self.done.recv().map_err(|_| TrainError::CollectorGone)
     }
@@ -93,7 +94,7 @@ impl Run<'_> {
         } else {
             let state = State {
                 learner: Learner::new(Agent::new(config, layout, self.seed), self.device)?,
-                replay: Replay::new(layout, config.buffer_size),
+                replay: ReplayBuffer::new(layout, config.buffer_size),
                 progress: Progress::default(),
                 events: EventFile::create(self.folder, &[], 0.0)?,
             };
@@ -104,7 +105,7 @@ impl Run<'_> {
             let (outbox, done) = mpsc::channel();
             let collector = &collector;
             let thread = scope.spawn(move || {
-                // Either side hanging up ends the thread.
+                // The thread ends when either channel is closed.
                 for round in inbox {
                     collector.help(&round);
                     if outbox.send(()).is_err() {
@@ -112,41 +113,41 @@ impl Run<'_> {
                     }
                 }
             });
-            let helper = Helper { orders, done };
-            let outcome = self.rounds(&mut state, collector, &helper, on_event);
-            drop(helper);
-            // Joined by hand: a scope would pass the thread's panic on to us.
+            let gathering = GatheringThread { orders, done };
+            let outcome = self.rounds(&mut state, collector, &gathering, on_event);
+            drop(gathering);
+            // Joined explicitly: the scope would panic if the thread did.
             if thread.join().is_err() { Err(TrainError::CollectorGone) } else { outcome }
         })
     }
 
-    /// The main loop.
+    /// The main loop: a round of gathering and learning at a time.
     fn rounds(
         &self,
         state: &mut State,
         collector: &Collector,
-        helper: &Helper,
+        gathering: &GatheringThread,
         on_event: &mut dyn FnMut(Event),
     ) -> Result<Outcome, TrainError> {
         let schedule = &self.learning.schedule;
         let began = Instant::now();
         let before_s = state.progress.wall_s;
         if state.progress.curve.is_empty() {
-            self.judge(state, on_event)?;
+            self.evaluate(state, on_event)?;
         } else {
             on_event(Event::Resumed { updates: state.learner.updates() });
         }
         let mut ending = Ending::Done;
         while state.learner.updates() < schedule.total_updates() {
-            let round = helper.begin(self.order(state)?)?;
-            // Without a warm-up, the first round has nothing to learn from yet.
+            let round = gathering.begin(self.order(state)?)?;
+            // Without a warm-up, the replay buffer is empty in the first round.
             if state.progress.env_steps >= schedule.warm_up_env_steps.max(1) {
                 self.learn(state)?;
             }
-            // The other thread may still have a few environments to go.
+            // Helps the other thread with the environments that are left.
             catch_unwind(AssertUnwindSafe(|| collector.help(&round)))
                 .map_err(|_| TrainError::CollectorGone)?;
-            helper.wait()?;
+            gathering.wait()?;
             state.replay.extend(&round.rows()?);
             state.progress.round += 1;
             state.progress.env_steps += schedule.round_env_steps();
@@ -157,7 +158,7 @@ impl Run<'_> {
                 > state.progress.curve.last().map_or(0, |point| point.updates)
                 && state.learner.updates().is_multiple_of(schedule.updates_per_epoch);
             if epoch_ended {
-                self.judge(state, on_event)?;
+                self.evaluate(state, on_event)?;
             }
             if epoch_ended || stop {
                 state.progress.wall_s = before_s + began.elapsed().as_secs_f64();
@@ -193,7 +194,7 @@ impl Run<'_> {
         })
     }
 
-    /// One round of updates.
+    /// One round of updates; an error if losses or weights become NaN, infinite or too large.
     fn learn(&self, state: &mut State) -> Result<(), TrainError> {
         let round = state.progress.round;
         let mut sample = stream(self.seed, Purpose::Sample, round);
@@ -220,8 +221,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Evaluates, writes the learning curve, and the policy if it is the best yet.
-    fn judge(&self, state: &mut State, on_event: &mut dyn FnMut(Event)) -> Result<(), TrainError> {
+    /// Evaluates the policy, writes the learning curve, and the policy if it is the best so far.
+    fn evaluate(&self, state: &mut State, on_event: &mut dyn FnMut(Event)) -> Result<(), TrainError> {
         let policy = state.learner.policy()?;
         let episodes = self.learning.schedule.evaluation_episodes;
         let evaluation = evaluate(&policy, self.make_env, (self.seed, Purpose::EvaluationEpisode), episodes);
@@ -258,17 +259,16 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Puts beside the policy what it is and where it comes from.
+    /// Writes `policy.json`.
     fn describe(&self, point: &CurvePoint) -> Result<(), TrainError> {
-        let description = serde_json::json!({
-            "seed": self.seed,
-            "updates": point.updates,
-            "env_steps": point.env_steps,
-            "reward": point.reward,
-            "speed_m_s": point.speed_m_s,
-            "learning": self.learning,
-        });
-        let path = self.folder.join(super::POLICY_DESCRIPTION);
-        Ok(run_folder::write(&path, format!("{description:#}\n").as_bytes())?)
+        let description = PolicyDescription {
+            seed: self.seed,
+            updates: point.updates,
+            env_steps: point.env_steps,
+            reward: point.reward,
+            speed_m_s: point.speed_m_s,
+            learning: self.learning.clone(),
+        };
+        Ok(description.save(self.folder)?)
     }
 }

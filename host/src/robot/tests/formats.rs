@@ -164,9 +164,9 @@ impl Sketch {
             feet: named("shin"),
             scaled: [named("shin"), named("thigh")].concat(),
         };
-        let drawn = Drawn::read(&model, text).expect("a body");
+        let drawn = document::read_drawing(&model, text).expect("a body");
         let mut robot = Robot { model, drawn: Arc::new(drawn), ..ant() };
-        robot.geometry.leg_scale = 1.3;
+        robot.geometry.leg_scale = LegScale::new(1.3).expect("a leg scale");
         robot.mass.torso_kg = 0.7;
         robot
     }

@@ -39,9 +39,9 @@ fn says(text: &str, parts: &[&str]) {
 
 #[test]
 fn a_number_out_of_range_is_refused_by_name_value_and_limit() {
-    let error = Robot::ant(0.1).expect_err("too short");
+    let error = changed(DESCRIPTION, "leg_scale = 1.0", "leg_scale = 0.1");
 
-    says(&error.to_string(), &["geometry.leg_scale", "0.1", "0.3", "2"]);
+    says(&error, &["geometry.leg_scale", "0.1", "0.3", "2"]);
 }
 
 #[test]
@@ -267,12 +267,12 @@ fn a_text_that_is_no_model_does_no_harm() {
         ("<mujoco>", "no MJCF"),
         ("<mujoco/>", "model.torso"),
         ("<robot/>", ""),
-        ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "no XML"),
+        ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "not XML"),
         (deep.as_str(), "nested"),
         (disguised.as_str(), "nested"),
         (long.as_str(), "2000000"),
     ] {
-        let drawn = Drawn::read(&ant().model, text.to_owned());
+        let drawn = document::read_drawing(&ant().model, text.to_owned());
 
         let error = drawn.expect_err("no model").to_string();
         assert!(error.contains(said), "{error}");
@@ -284,7 +284,10 @@ fn files_cut_short_anywhere_do_no_harm() {
     for robot in [ant(), pony()] {
         let text = robot.drawn.text.clone();
         for length in (0..text.len()).step_by(97).filter(|length| text.is_char_boundary(*length)) {
-            assert!(Drawn::read(&robot.model, text[..length].to_owned()).is_err(), "{length} bytes");
+            assert!(
+                document::read_drawing(&robot.model, text[..length].to_owned()).is_err(),
+                "{length} bytes"
+            );
         }
     }
 }

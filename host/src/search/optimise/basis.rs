@@ -1,10 +1,11 @@
 //! Smooth closed curves, the wave-like ones first.
 //!
-//! Owns the coordinates that gaits are searched in: eight degree-10 curves whose
+//! Holds the coordinates that gaits are searched in: eight degree-10 curves whose
 //! value and slope are continuous over the seam, with mean zero and a root mean
-//! square of 1. They span every such curve. Ordered by how fast they turn, they
-//! look like the cosines and sines of one to four waves a stride, so that the
-//! first two are worth searching first and the last two may be left at zero.
+//! square of 1. They span every such curve. In order of roughness they resemble
+//! the cosines and sines of one to four waves per stride, so that the first two
+//! are searched first and the last two can be left at zero. Does not depend on
+//! robots.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::gait::COEFFICIENT_COUNT;

@@ -1,13 +1,15 @@
 //! Pictures of a searched gait: over amplitudes, and cost against speed.
 //!
-//! Owns what is in them; how they look is [`crate::plot`]'s. What was measured
-//! on the authors' robot and what is predicted here never look alike.
+//! Holds their contents. What was measured on the authors' robot and what is
+//! predicted here look different. Does not depend on how figures are drawn, which
+//! is [`crate::plot`]'s.
 
 use super::report::{AtAmplitude, OverDraws, Quantiles};
+use crate::paper;
 use crate::plot::{Axis, BLUE, Colour, Entry, Figure, Layer, Mark, Panel, VERMILION};
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 
-/// The robot that the authors measured.
+/// Name of the robot that the authors measured.
 const ANT: &str = "Ant";
 /// Black: measured, not predicted.
 const MEASURED: Colour = Colour(0, 0, 0);
@@ -15,22 +17,20 @@ const MEASURED: Colour = Colour(0, 0, 0);
 const BARS: Colour = Colour(86, 180, 233);
 const PANEL_PX: (u32, u32) = (820, 320);
 
-/// The best of each method on the authors' robot: cost of transport and speed, not
+/// The best of each method on the authors' robot: speed and cost of transport, not
 /// always at the same amplitude.
 ///
 /// # Source
 /// Paper, Table 2: original, sinusoid, PSTO.
 #[must_use]
 pub fn measured(robot: &Robot) -> Option<[(f64, f64); 3]> {
-    // Another robot's points would compare nothing.
-    let is = |leg: f64| robot.name == ANT && (robot.geometry.leg_scale - leg).abs() < 1e-9;
-    if is(1.0) {
-        Some([(0.127, 0.688), (0.127, 0.639), (0.139, 0.595)])
-    } else if is(0.6) {
-        Some([(0.096, 0.839), (0.104, 0.764), (0.139, 0.563)])
-    } else {
-        None
-    }
+    // Points of another robot are not comparable.
+    let own = |&leg: &LegScale| robot.name == ANT && robot.geometry.leg_scale == leg;
+    let column = paper::LEGS.iter().position(own)?;
+    Some([paper::ORIGINAL, paper::SINUSOID, paper::PSTO].map(|printed| {
+        let (cost, speed_m_s) = printed.table_2[column];
+        (speed_m_s, cost)
+    }))
 }
 
 /// Cost of transport and speed from half the gait's stroke to one and a half.
@@ -109,7 +109,7 @@ pub fn of_front(robot: &Robot, front: &[OverDraws]) -> Figure {
         legend.push(Entry { label: label.into(), marks: vec![(Mark::Dots, MEASURED)] });
     }
     let title =
-        format!("{}: cost of transport against speed, legs of {} L", robot.name, robot.geometry.leg_scale);
+        format!("{}: cost of transport against speed, legs of {}", robot.name, robot.geometry.leg_scale);
     let panel = Panel { title: String::new(), x, y, top: None, layers, notes: vec![] };
     Figure { title, legend, columns: 1, panel_px: (820, 480), panels: vec![panel] }
 }
@@ -138,7 +138,7 @@ mod tests {
     fn the_front_shows_what_was_measured_as_measured() {
         let front = [walks(0.1, 0.4), walks(0.2, 0.3)];
 
-        let ant = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let ant = Robot::ant(LegScale::LONG).expect("the Ant");
         let svg = of_front(&ant, &front).to_svg().expect("drawn");
         let other = Robot { name: "Pony".into(), ..ant };
         let unknown = of_front(&other, &front).to_svg().expect("drawn");

@@ -1,14 +1,15 @@
 //! Which gaits make the front of speed against cost of transport.
 //!
-//! Owns two choices: for each speed that is asked for, the best of all gaits
-//! that were found, whatever they were found for; and of these, those that no
-//! other beats in speed and cost at once.
+//! Holds two choices: for each speed that is asked for, the best of all gaits
+//! that were found, whatever they were searched for; and of these, those that no
+//! other beats in speed and cost at the same time. Does not depend on how gaits
+//! are searched.
 
 use super::score::{Aim, Test};
 use super::search::Pool;
 use super::space::Motion;
 
-/// A gait, and the speeds for which the judges like it best.
+/// A gait, and the speeds for which it has the best score on the validation robots.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Winner {
     /// Slowest first.

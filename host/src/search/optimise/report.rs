@@ -1,45 +1,52 @@
-//! What is known of a gait: over robots that no search has seen, over
-//! amplitudes, and where its energy goes.
+//! Report on a gait: over robots that no search has seen, over amplitudes, and
+//! where its energy goes.
 //!
-//! Owns the fresh draws and their statistics. Refuses to judge: the numbers
-//! stand beside the bounds that they are to be held to.
+//! Holds the sampling of these robots and the statistics. The numbers are
+//! reported beside their bounds, without a verdict. Does not depend on how the
+//! gait was found.
 
 use super::score::{STRAINED_SHARE, Test};
 use super::space::{Bounds, Motion};
 use super::tolerances::{Draw, Tolerances};
 use crate::energy::STANDARD_GRAVITY_M_S2;
 use crate::robot::Robot;
+use crate::search::null_is_infinite;
 use crate::sim::World;
 use crate::sim::open_loop::{FRAME_RATE_HZ, Walk};
+use protocol::JOINT_COUNT;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A trial, as the paper's.
+/// Length of a trial, as in the paper.
 pub const TRIAL_S: f64 = 12.0;
-/// The stage of draws that belongs to reports; searches have the others.
+/// Numbers of sampled robots from this bit on belong to reports; searches have the lower ones.
 const STAGE: u64 = 1 << 40;
-/// Fewer have no tenth.
+/// With fewer there is no tenth.
 pub const LEAST_DRAWS: usize = 8;
-/// Amplitudes that a gait is looked at.
+/// Amplitudes at which a gait is tested.
 const AMPLITUDES: [f64; 11] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5];
 
-/// Over draws: what half of them, nine tenths and a tenth stay below.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Over draws: what half of them, nine tenths and a tenth stay below. A robot that stood still has
+/// an infinite cost of transport.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// A tenth is below.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub p10: f64,
     /// Half is below.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub median: f64,
     /// Nine tenths are below.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub p90: f64,
 }
 
-/// A gait over draws.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// How a gait walks over draws.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OverDraws {
-    /// How many.
+    /// Number of robots.
     pub draws: usize,
     /// Energy per weight and distance, each robot by its own weight.
     pub cost_of_transport: Quantiles,
@@ -55,25 +62,25 @@ pub struct OverDraws {
     pub strained_share: Quantiles,
     /// Robots that fell.
     pub fell: usize,
-    /// Robots that touched the ground with more than their feet.
+    /// Robots that touched the ground with torso, thighs or shins.
     pub dragged: usize,
     /// Robots whose servos, without load, are slower than the fastest setpoint, and lag.
     pub slower_servos: usize,
 }
 
-/// Robots that a gait is reported on.
+/// Robots of a report.
 #[derive(Debug, Clone, Copy)]
 pub struct Fresh<'a> {
-    /// Of the draws.
+    /// Of the sampled robots.
     pub seed: u64,
-    /// How many, and [`LEAST_DRAWS`] at least once `stop` is set.
+    /// Number of robots; once `stop` is set, [`LEAST_DRAWS`] are enough.
     pub draws: usize,
-    /// Set by anybody who does not want to wait for all of them.
+    /// Set to end the report early.
     pub stop: &'a AtomicBool,
 }
 
-/// A gait at one amplitude.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// How a gait walks at one amplitude.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AtAmplitude {
     /// About the gait's own stroke, 1.0.
     pub amplitude: f64,
@@ -86,26 +93,26 @@ pub struct AtAmplitude {
 }
 
 /// Where the power goes, on the fitted robot.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct PowerBooks {
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct PowerBalance {
     /// Controller, driver, idle servos.
     pub electronics_w: f64,
     /// Friction under soles that slide.
     pub slipping_w: f64,
     /// Feet that are stopped by the ground.
     pub landing_w: f64,
-    /// What the robot gives back to servos, which keep none of it: legs that
-    /// are braked, and that push against each other.
+    /// Work that the legs do on the servos, which cannot store it: braking, and
+    /// legs that push against each other.
     pub braking_w: f64,
     /// Between horn and battery: the drive's losses and the windings' heat.
     pub drive_w: f64,
-    /// What the physics step leaves unexplained.
+    /// Residual of the physics step.
     pub rest_w: f64,
-    /// All of it.
+    /// Sum of the parts.
     pub total_w: f64,
 }
 
-/// Plays a motion on fresh draws.
+/// Plays a motion on new robots.
 #[must_use]
 pub fn over_draws(
     robot: &Robot,
@@ -177,7 +184,7 @@ pub fn over_amplitudes(
             && walks.strained_share.median <= STRAINED_SHARE;
         Some(AtAmplitude { amplitude, setpoint_speed_rad_s: fastest_deg_s.to_radians(), safe, walks })
     };
-    // A part of them would say of the others that they are not safe.
+    // An incomplete list would read as if the rest were not safe.
     AMPLITUDES.into_iter().map(at).collect::<Option<_>>().unwrap_or_default()
 }
 
@@ -190,20 +197,23 @@ pub fn safe_range(amplitudes: &[AtAmplitude]) -> Option<(f64, f64)> {
     Some((below.amplitude, above.amplitude))
 }
 
-/// Follows the power of a walk on the fitted robot; `None` if the simulation runs away.
+/// Where the power of a walk on the fitted robot goes; `None` if the simulation diverges.
 #[must_use]
-pub fn power_books(robot: &Robot, motion: &Motion) -> Option<PowerBooks> {
-    power_books_of(robot, |time_s| motion.angles_rad(time_s, 1.0))
+pub fn power_balance(robot: &Robot, motion: &Motion) -> Option<PowerBalance> {
+    power_balance_of(robot, |time_s| motion.angles_rad(time_s, 1.0))
 }
 
 /// The same of anything that gives setpoints in radians for a time in seconds.
-pub fn power_books_of(robot: &Robot, setpoints: impl Fn(f64) -> [f64; 8]) -> Option<PowerBooks> {
-    // A world that ran away trips the engine's own assertions.
-    let books = catch_unwind(AssertUnwindSafe(|| follow_power(robot, &setpoints))).ok()?;
-    books.total_w.is_finite().then_some(books)
+pub fn power_balance_of(
+    robot: &Robot,
+    setpoints: impl Fn(f64) -> [f64; JOINT_COUNT],
+) -> Option<PowerBalance> {
+    // A simulation that diverges triggers assertions of the engine.
+    let power = catch_unwind(AssertUnwindSafe(|| follow_power(robot, &setpoints))).ok()?;
+    power.total_w.is_finite().then_some(power)
 }
 
-fn follow_power(robot: &Robot, gait: &dyn Fn(f64) -> [f64; 8]) -> PowerBooks {
+fn follow_power(robot: &Robot, gait: &dyn Fn(f64) -> [f64; JOINT_COUNT]) -> PowerBalance {
     let draw = Draw::nominal(robot);
     let mut world = World::new(robot);
     world.reset(&gait(0.0), &draw.start);
@@ -219,16 +229,16 @@ fn follow_power(robot: &Robot, gait: &dyn Fn(f64) -> [f64; 8]) -> PowerBooks {
             if frame < settle_frames {
                 continue;
             }
-            let taken = world.taken_by_ground(&before, &world.sole_velocities_m_s());
-            slid_j += taken.slid_j;
-            landed_j += taken.landed_j;
+            let losses = world.ground_losses(&before, &world.sole_velocities_m_s());
+            slid_j += losses.slid_j;
+            landed_j += losses.landed_j;
             returned_j += outcome.returned_power_w * World::STEP_S;
             given_j += outcome.mechanical_power_w * World::STEP_S;
             servo_j += outcome.servo_power_w * World::STEP_S;
         }
     }
     let watts = |energy_j: f64| energy_j / TRIAL_S;
-    PowerBooks {
+    PowerBalance {
         electronics_w: robot.power.electronics_w,
         slipping_w: watts(slid_j),
         landing_w: watts(landed_j),
@@ -239,7 +249,7 @@ fn follow_power(robot: &Robot, gait: &dyn Fn(f64) -> [f64; 8]) -> PowerBooks {
     }
 }
 
-/// Cost of transport of the electronics alone at a speed: no gait of that speed is cheaper.
+/// Cost of transport of the electronics alone at a speed: a lower bound for any gait.
 #[must_use]
 pub fn floor(robot: &Robot, speed_m_s: f64) -> f64 {
     robot.power.electronics_w / (robot.mass_kg() * STANDARD_GRAVITY_M_S2 * speed_m_s)

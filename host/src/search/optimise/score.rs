@@ -1,8 +1,8 @@
-//! How good a gait is, over robots that are not quite the fitted one.
+//! The score of a gait, over varied robots.
 //!
-//! Owns the trial, what is counted against a gait, and the mean over draws. The
-//! cost of transport counts net distance, so a gait that goes in circles pays
-//! for it there already.
+//! Holds the trial, the penalties, and the mean over robots. The cost of
+//! transport counts net distance, so a gait that goes in circles already pays for
+//! it there. Does not depend on how gaits are searched.
 
 use super::space::Motion;
 use super::tolerances::Draw;
@@ -13,25 +13,25 @@ use crate::sim::open_loop::{self, Trial, Walk};
 const STRAIGHT_DEG: f64 = 8.0;
 /// Within this, level.
 const LEVEL_RAD: f64 = 0.15;
-/// Each degree beyond straight,
+/// Penalties, in units of cost of transport: for each degree beyond straight,
 const TURN_PRICE: f64 = 0.01;
 /// each radian beyond level,
 const TILT_PRICE: f64 = 2.0;
-/// walking with more than the feet on the ground, for all of the time,
+/// more than the feet on the ground, for all of the time,
 const DRAG_PRICE: f64 = 1.0;
-/// servos at the end of their torque, all of the time,
+/// servos at their torque limit, for all of the time,
 const STRAIN_PRICE: f64 = 1.0;
-/// a fall, and a speed of nothing where some is asked for, in costs of transport.
+/// a fall, and a speed of 0 where some is asked for.
 const FALL_PRICE: f64 = 3.0;
 const SLOW_PRICE: f64 = 3.0;
-/// No gait counts as worse than this by its cost alone: standing costs infinitely much.
+/// Cap of the cost of transport in a score: that of a standing robot is infinite.
 const MOST_COST: f64 = 5.0;
 /// Servos may be at the end of their torque for this share of the time.
 pub const STRAINED_SHARE: f64 = 0.02;
-/// What the worst of the draws counts beside their mean.
+/// Weight of the worst of the robots beside their mean.
 const WORST_WEIGHT: f64 = 0.3;
 
-/// What is said of a walk of which nothing can be said.
+/// The walk of a simulation that diverged.
 const LOST: Walk = Walk {
     distance_m: 0.0,
     displacement_m: [0.0; 2],
@@ -49,29 +49,29 @@ const LOST: Walk = Walk {
     fell: true,
 };
 
-/// What is wanted of a gait.
+/// What a gait is optimised for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
-    /// The least cost of transport at this speed or more.
+    /// The lowest cost of transport at this speed or faster.
     Cost {
-        /// The speed.
+        /// Minimum speed.
         at_least_m_s: f64,
     },
-    /// The most speed.
+    /// The highest speed.
     Speed,
 }
 
 /// How a gait is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Test {
-    /// What is wanted.
+    /// What is optimised.
     pub aim: Aim,
     /// The walk that is measured, after an entry.
     pub duration_s: f64,
 }
 
 impl Test {
-    /// Plays a motion on a drawn robot. A simulation that runs away is a fall.
+    /// Plays a motion on a sampled robot. A simulation that diverges counts as a fall.
     #[must_use]
     pub fn walk(&self, draw: &Draw, motion: &Motion, amplitude: f64) -> Walk {
         let trial = Trial { entry_s: 1.0, duration_s: self.duration_s, start: draw.start };
@@ -83,13 +83,13 @@ impl Test {
         walk.unwrap_or(LOST)
     }
 
-    /// What a motion costs over some robots: less is better, below 1 it walks.
+    /// Score of a motion over some robots: lower is better, and below 1 it walks.
     #[must_use]
     pub fn score(&self, draws: &[Draw], motion: &Motion) -> f64 {
         self.score_of(draws.iter().map(|draw| self.walk(draw, motion, 1.0)))
     }
 
-    /// The same of walks that were played before: what is wanted changes no walk.
+    /// The same for walks that were played before: the aim has no effect on a walk.
     pub fn score_of(&self, walks: impl Iterator<Item = Walk>) -> f64 {
         let mut count = 0_usize;
         let (mut sum, mut worst) = (0.0, f64::NEG_INFINITY);
@@ -122,8 +122,8 @@ impl Test {
     }
 }
 
-/// The least speed that is asked for where nobody says: the legs' share of 0.25 m/s.
+/// Default of the minimum speed: 0.25 m/s on long legs, less on shorter ones.
 #[must_use]
 pub fn usual_speed_m_s(robot: &Robot) -> f64 {
-    0.125 + 0.125 * robot.geometry.leg_scale
+    0.125 + 0.125 * robot.geometry.leg_scale.value()
 }

@@ -1,11 +1,12 @@
-//! Looks for the gait: sows, lets the best compete, and refines the winner.
+//! The search: initialise with many gaits, refine the best few, validate.
 //!
-//! Owns the budget, counted in simulated trials, and the order of the search.
-//! Sowing tries many plain gaits once on the fitted robot. The best three are
-//! searched further by CMA-ES (crate `cmaes`) among curves of one wave a
-//! stride, on a few drawn robots; the best of these goes on among curves of
-//! more waves, on more robots. What is best on robots that the search did not
-//! see wins. The same seed and budget give the same gait on any number of cores.
+//! Holds the budget, counted in simulated trials, and the order of the stages.
+//! The first stage tries many plain gaits once on the fitted robot. The best
+//! three are refined by CMA-ES (crate `cmaes`) among curves of one wave per
+//! stride, on a few sampled robots; the best of these is refined further among
+//! curves of more waves, on more robots. The result is the gait that is best on
+//! validation robots, which the search did not see. The same seed and budget
+//! give the same gait on any number of cores. Does not depend on files and flags.
 
 mod onward;
 mod pool;
@@ -26,39 +27,40 @@ use rayon::prelude::*;
 use refine::Round;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Gaits that compete.
-const RIVALS: usize = 3;
-/// Shares of the budget: sowing, and all rivals together. The rest refines.
-const SOWING: f64 = 0.08;
-const RIVALRY: f64 = 0.3;
-/// What is left to the judges of a large budget.
-const JUDGING: f64 = 0.03;
+/// Gaits of the first stage that are refined.
+const CANDIDATES: usize = 3;
+/// Shares of the budget: the first stage, and all candidates together. The rest refines the best.
+const INITIAL_SHARE: f64 = 0.08;
+const CANDIDATES_SHARE: f64 = 0.3;
+/// Share of a large budget that is left for validation.
+const VALIDATION_SHARE: f64 = 0.03;
 /// Spread of a search's first gaits, in units of [`Space`].
-const RIVALS_STEP: f64 = 0.5;
-const WINNERS_STEP: f64 = 0.2;
-/// Gaits a generation: a multiple of the cores that people have.
+const CANDIDATES_STEP: f64 = 0.5;
+const REFINING_STEP: f64 = 0.2;
+/// Gaits of a generation: a multiple of the cores that people have.
 const POPULATION: usize = 16;
-/// Waves a stride of the curves that the winner is refined among.
+/// Waves per stride of the curves among which the best candidate is refined.
 const WAVES: [usize; 2] = [2, 3];
-/// Finalists that a search among curves of some waves leaves: its best, and its middle.
+/// Finalists from each kind of curves: the best point, and the mean of the last generation.
 const FINALISTS: usize = 2;
-/// Judges of a search that was told to stop: people wait.
-const HASTY_JUDGES: usize = 2;
+/// Validation robots after Ctrl-C, when somebody waits.
+const VALIDATION_ROBOTS_AFTER_STOP: usize = 2;
 
-/// Robots of a search's stages.
+/// Numbers of robots in the stages of a search.
 #[derive(Debug, Clone, Copy)]
 struct Draws {
-    /// Of the rivals' and of the winner's search.
-    rivals: u64,
-    winners: u64,
-    /// Robots that choose among what the search found.
-    judges: u64,
+    /// On which each candidate is refined,
+    candidates: u64,
+    /// on which the best of them is refined,
+    refining: u64,
+    /// and on which the finalists are compared.
+    validation: u64,
 }
 
-/// Of a search that is worth its name.
-const USUAL: Draws = Draws { rivals: 2, winners: 4, judges: 16 };
-/// Of a budget that the usual judges alone would spend: for trying things out.
-const FEW: Draws = Draws { rivals: 1, winners: 1, judges: 2 };
+/// For usual budgets.
+const USUAL: Draws = Draws { candidates: 2, refining: 4, validation: 16 };
+/// For budgets that the usual validation alone would spend: to try the command out.
+const FEW: Draws = Draws { candidates: 1, refining: 1, validation: 2 };
 /// Budgets below this have few robots.
 pub const SMALL_BUDGET: u64 = 600;
 
@@ -66,38 +68,38 @@ const fn draws_for(budget: u64) -> Draws {
     if budget < SMALL_BUDGET { FEW } else { USUAL }
 }
 
-/// What a search is at.
+/// Stage of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// Plain gaits, each once.
-    Sowing,
-    /// The best of them, each searched on from.
-    Rivals,
-    /// The best of these, among richer curves.
+    /// Many gaits, each tried once on the fitted robot.
+    Initialising,
+    /// The best of them, each refined by itself.
+    Candidates,
+    /// The best candidate, refined among richer curves.
     Refining,
-    /// All that were found, on robots that no stage has seen.
-    Judging,
+    /// All finalists, on robots that no stage has seen.
+    Validating,
 }
 
-/// How far a search has come.
+/// Progress of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress<'a> {
-    /// Where.
+    /// The stage that runs.
     pub stage: Stage,
-    /// Trials simulated.
+    /// Trials simulated so far.
     pub trials: u64,
-    /// Of the best gait of this stage.
+    /// Score of the best gait of this stage; lower is better.
     pub score: f64,
     /// That gait.
     pub motion: &'a Motion,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The gait.
     pub motion: Motion,
-    /// All that were in the running, to search on from.
+    /// All finalists, to continue from.
     pub pool: Pool,
     /// Trials simulated.
     pub trials: u64,
@@ -105,33 +107,33 @@ pub struct Found {
     pub stopped: bool,
 }
 
-/// What is searched, and how long.
+/// A search, before it runs.
 pub struct Search<'a> {
-    /// The robot that the draws surround.
+    /// The fitted robot, about which robots are sampled.
     pub robot: &'a Robot,
-    /// The gaits, by waves a stride.
+    /// The gaits, by waves per stride.
     pub space: &'a (dyn Fn(usize) -> Space + Sync),
-    /// What is wanted.
+    /// Aim and length of a trial.
     pub test: Test,
-    /// What must be borne.
+    /// How sampled robots differ.
     pub tolerances: Tolerances,
-    /// Of everything that is drawn.
+    /// Random seed.
     pub seed: u64,
-    /// Trials to simulate, or a few more.
+    /// Trials to simulate; exceeded by one generation and the validation at most.
     pub budget: u64,
-    /// Set by anybody who wants it to end now, with the best so far.
+    /// Set to end the search now, with the best gait so far.
     pub stop: &'a AtomicBool,
 }
 
-/// Whom to tell, and how far it is.
-struct Told<'a> {
+/// Reports progress.
+struct ProgressReporter<'a> {
     progress: &'a mut dyn FnMut(&Progress<'_>),
     stage: Stage,
     trials: u64,
 }
 
-impl Told<'_> {
-    fn tell(&mut self, score: f64, motion: &Motion) {
+impl ProgressReporter<'_> {
+    fn report(&mut self, score: f64, motion: &Motion) {
         (self.progress)(&Progress { stage: self.stage, trials: self.trials, score, motion });
     }
 }
@@ -139,79 +141,92 @@ impl Told<'_> {
 impl Search<'_> {
     /// Searches until the budget is spent or `stop` is set.
     pub fn run(&self, start: &Start, progress: &mut dyn FnMut(&Progress<'_>)) -> Found {
-        let mut told = Told { progress, stage: Stage::Sowing, trials: 0 };
-        let sown = self.sow(start, &mut told);
+        let mut reporter = ProgressReporter { progress, stage: Stage::Initialising, trials: 0 };
+        let initial = self.initial(start, &mut reporter);
         let plain = (self.space)(start.waves());
-        // Their own robots for each stage: what pleased the last stage's by chance is found out.
+        // Other robots for each stage: a gait that suited the last stage's by chance is found out.
         let count = draws_for(self.budget);
-        let draws = self.draws(1, count.rivals);
+        let draws = self.draws(1, count.candidates);
         let until = |share: f64| (share * self.budget as f64) as u64;
-        told.stage = Stage::Rivals;
-        let mut rivals = Vec::new();
-        for (k, point) in sown.into_iter().enumerate() {
-            let share = SOWING + RIVALRY * (k + 1) as f64 / RIVALS as f64;
+        reporter.stage = Stage::Candidates;
+        let mut candidates = Vec::new();
+        for (k, point) in initial.into_iter().enumerate() {
+            let share = INITIAL_SHARE + CANDIDATES_SHARE * (k + 1) as f64 / CANDIDATES as f64;
             let until = until(share);
-            let round =
-                Round { space: &plain, held: &[], draws: &draws, step: RIVALS_STEP, until, seed: self.seed };
-            let found = self.refine(&round, point.clone(), &mut told);
-            // Told to stop before anything was searched: as it was sown.
-            rivals.extend(if found.is_empty() { vec![(f64::INFINITY, point)] } else { found });
+            let round = Round {
+                space: &plain,
+                held: &[],
+                draws: &draws,
+                step: CANDIDATES_STEP,
+                until,
+                seed: self.seed,
+            };
+            let found = self.refine(&round, point.clone(), &mut reporter);
+            // Stopped before anything was refined: as it was tried first.
+            candidates.extend(if found.is_empty() { vec![(f64::INFINITY, point)] } else { found });
         }
-        rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
-        rivals.truncate(RIVALS);
-        let mut finalists: Vec<Motion> = rivals.iter().map(|(_, point)| plain.motion(point)).collect();
-        // As it is, richer curves and all: no search may come to less than what it began at.
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        candidates.truncate(CANDIDATES);
+        let mut finalists: Vec<Motion> = candidates.iter().map(|(_, point)| plain.motion(point)).collect();
+        // Unchanged, with all its curves: no search may end with a worse gait than it started from.
         if let Start::Gait(motion) = start {
             finalists.push(plain.repaired((**motion).clone()));
         }
-        let mut point = rivals.swap_remove(0).1;
-        told.stage = Stage::Refining;
-        let refining = self.judging_share(&count) - SOWING - RIVALRY;
+        let mut point = candidates.swap_remove(0).1;
+        reporter.stage = Stage::Refining;
+        let refining = self.validation_begins_at(&count) - INITIAL_SHARE - CANDIDATES_SHARE;
         for (k, waves) in WAVES.into_iter().enumerate() {
             if self.stopped() {
                 break;
             }
             let space = (self.space)(waves);
-            let draws = self.draws(2 + k as u64, count.winners);
-            let until = until(SOWING + RIVALRY + refining * (k + 1) as f64 / WAVES.len() as f64);
+            let draws = self.draws(2 + k as u64, count.refining);
+            let until =
+                until(INITIAL_SHARE + CANDIDATES_SHARE + refining * (k + 1) as f64 / WAVES.len() as f64);
             let from = padded(&point, space.dimension());
-            let round =
-                Round { space: &space, held: &[], draws: &draws, step: WINNERS_STEP, until, seed: self.seed };
-            let found = self.refine(&round, from, &mut told);
+            let round = Round {
+                space: &space,
+                held: &[],
+                draws: &draws,
+                step: REFINING_STEP,
+                until,
+                seed: self.seed,
+            };
+            let found = self.refine(&round, from, &mut reporter);
             finalists.extend(found.iter().map(|(_, point)| space.motion(point)));
             if let Some((_, best)) = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
                 point = best;
             }
         }
-        self.judged(finalists, told)
+        self.validated(finalists, reporter)
     }
 
-    /// The share of the budget at which judging begins.
-    fn judging_share(&self, count: &Draws) -> f64 {
+    /// The share of the budget after which validation begins.
+    fn validation_begins_at(&self, count: &Draws) -> f64 {
         if self.budget < SMALL_BUDGET {
-            // Three per cent would be less than one walk of each finalist.
-            let walks = count.judges as usize * (RIVALS + FINALISTS * WAVES.len());
+            // 3 % would be less than one walk of each finalist.
+            let walks = count.validation as usize * (CANDIDATES + FINALISTS * WAVES.len());
             1.0 - walks as f64 / self.budget.max(1) as f64
         } else {
-            1.0 - JUDGING
+            1.0 - VALIDATION_SHARE
         }
     }
 
     /// The finalist that is best on robots that no stage has seen.
-    fn judged(&self, finalists: Vec<Motion>, mut told: Told<'_>) -> Found {
+    fn validated(&self, finalists: Vec<Motion>, mut reporter: ProgressReporter<'_>) -> Found {
         let stopped = self.stopped();
-        told.stage = Stage::Judging;
-        let mut judges = self.draws(9, draws_for(self.budget).judges);
+        reporter.stage = Stage::Validating;
+        let mut robots = self.draws(9, draws_for(self.budget).validation);
         if stopped {
-            judges.truncate(HASTY_JUDGES);
+            robots.truncate(VALIDATION_ROBOTS_AFTER_STOP);
         }
         let first = finalists[0].clone();
-        let mut pool = Pool::new(judges);
-        told.trials += pool.add(&self.test, finalists);
+        let mut pool = Pool::new(robots);
+        reporter.trials += pool.add(&self.test, finalists);
         let (score, motion) =
             pool.best(&self.test).map_or((f64::INFINITY, first), |best| (best.score, best.motion.clone()));
-        told.tell(score, &motion);
-        Found { motion, pool, trials: told.trials, stopped }
+        reporter.report(score, &motion);
+        Found { motion, pool, trials: reporter.trials, stopped }
     }
 
     fn stopped(&self) -> bool {
@@ -223,10 +238,10 @@ impl Search<'_> {
         (0..count).map(|k| self.tolerances.draw(self.robot, self.seed, stage << 32 | k)).collect()
     }
 
-    /// Points to search on from, the best first.
-    fn sow(&self, start: &Start, told: &mut Told<'_>) -> Vec<Vec<f64>> {
+    /// Points to refine from, the best first.
+    fn initial(&self, start: &Start, reporter: &mut ProgressReporter<'_>) -> Vec<Vec<f64>> {
         let space = (self.space)(start.waves());
-        let count = ((SOWING * self.budget as f64) as usize).max(RIVALS);
+        let count = ((INITIAL_SHARE * self.budget as f64) as usize).max(CANDIDATES);
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let points: Vec<Vec<f64>> = (0..count).map(|k| start.point(&space, k, &mut random)).collect();
         let nominal = [Draw::nominal(self.robot)];
@@ -235,16 +250,16 @@ impl Search<'_> {
             let tried =
                 |point: &Vec<f64>| (!self.stopped()).then(|| self.test.score(&nominal, &space.motion(point)));
             let scores: Vec<Option<f64>> = part.par_iter().map(tried).collect();
-            told.trials += scores.iter().flatten().count() as u64;
+            reporter.trials += scores.iter().flatten().count() as u64;
             let scores = scores.into_iter().map(|score| score.unwrap_or(f64::INFINITY));
             scored.extend(scores.zip(part.iter().cloned()));
             scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-            scored.truncate(RIVALS);
+            scored.truncate(CANDIDATES);
             if self.stopped() {
                 break;
             }
             if let Some((score, point)) = scored.first() {
-                told.tell(*score, &space.motion(point));
+                reporter.report(*score, &space.motion(point));
             }
         }
         scored.into_iter().map(|(_, point)| point).collect()

@@ -1,8 +1,9 @@
-//! Robots like the fitted one, but not quite: what a gait must bear.
+//! Varied robots: what a gait must tolerate.
 //!
-//! Owns the draws. Each is a robot within the fit's spread, a day's battery,
-//! load and floor, as [`Randomisation`] draws them, with servos of another
-//! make, mounted a little off neutral, and put down a little crooked.
+//! Holds the distributions. Each robot is within the uncertainty of the fit, with
+//! battery, load and floor as [`Randomisation`] samples them, with servos of
+//! another make, mounted a little off neutral, and started a little askew. Does
+//! not depend on gaits.
 
 use crate::robot::{Field, Robot};
 use crate::sim::{Perturbation, Randomisation, Robots, Start};
@@ -14,7 +15,7 @@ use serde::Serialize;
 /// Of a draw's seed: robots and starts have the first ones.
 const STREAM: u64 = 2;
 
-/// How far robots differ from the fitted one; uniform, either way unless said otherwise.
+/// How far robots differ from the fitted one: uniform, and symmetric unless said otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tolerances {
     /// Fit, floor, load, latency, supply.
@@ -23,15 +24,15 @@ pub struct Tolerances {
     pub stiffness_share: f64,
     /// Damping of all servos, as a share of itself.
     pub damping_share: f64,
-    /// Where each servo's horn was put on.
+    /// Mounting error of each servo's horn.
     pub neutral_deg: f64,
 }
 
 impl Default for Tolerances {
     /// # Source
-    /// Ours. Friction of a foot on floors differs by a quarter and more, servos
+    /// Ours. Friction of a foot differs between floors by a quarter and more, servos
     /// of one type by 10 to 20 %; a horn is trimmed by eye, to three counts of a
-    /// pulse; a servo acts on a pulse within two frames.
+    /// pulse; a servo reacts to a pulse within two frames.
     fn default() -> Self {
         Self {
             robot: Randomisation {
@@ -48,19 +49,19 @@ impl Default for Tolerances {
     }
 }
 
-/// One robot and one start.
+/// A sampled robot and its start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     /// The robot.
     pub robot: Robot,
     /// Added to every setpoint.
     pub neutral_rad: [f64; JOINT_COUNT],
-    /// How it is put down.
+    /// Where and how it starts.
     pub start: Start,
 }
 
 impl Draw {
-    /// The fitted robot itself, put down exactly.
+    /// The fitted robot itself, started exactly.
     #[must_use]
     pub fn nominal(robot: &Robot) -> Self {
         Self { robot: robot.clone(), neutral_rad: [0.0; JOINT_COUNT], start: Start::default() }
@@ -68,7 +69,7 @@ impl Draw {
 }
 
 impl Tolerances {
-    /// The draw of that number; the same number gives the same draw.
+    /// The robot of that number; the same number gives the same robot.
     #[must_use]
     pub fn draw(&self, robot: &Robot, seed: u64, number: u64) -> Draw {
         // One number out of both, unlike that of any neighbour of either.
@@ -80,7 +81,7 @@ impl Tolerances {
         let mut either_way = |range: f64| range * random.random_range(-1.0..=1.0);
 
         let mut drawn =
-            Robots::like(robot, self.robot).map_or_else(|| robot.clone(), |robots| robots.drawn(seed));
+            Robots::like(robot, self.robot).map_or_else(|| robot.clone(), |robots| robots.sampled(seed));
         drawn.servo.stiffness_n_m_rad *= 1.0 + either_way(self.stiffness_share);
         let damping = 1.0 + either_way(self.damping_share);
         drawn.servo.damping_n_m_s_rad *= damping;
@@ -94,13 +95,13 @@ impl Tolerances {
             robot: drawn,
             neutral_rad: core::array::from_fn(|_| either_way(self.neutral_deg).to_radians()),
             // The floor's friction was drawn with the robot.
-            start: Start { friction_share: 0.0, ..Start::drawn(&Perturbation::default(), seed) },
+            start: Start { friction_share: 0.0, ..Start::sampled(&Perturbation::default(), seed) },
         }
     }
 }
 
-/// Puts a number back to the end of what a description may say, where the described one was
-/// near that end. The draw stays a draw: the fitted robot in its place would be easier to walk with.
+/// Clamps a number to what a description may say. The robot stays a sampled one: the fitted robot
+/// in its place would be easier to walk with.
 fn keep_bounds(robot: &mut Robot, name: &str) {
     if let Some(field) = Field::named(name) {
         let (min, max) = field.bounds(robot);
@@ -109,7 +110,7 @@ fn keep_bounds(robot: &mut Robot, name: &str) {
     }
 }
 
-/// Whether the fit said how sure it is of anything; without, draws spread by the tolerances alone.
+/// Whether the fit has an uncertainty; without one, robots differ by the tolerances alone.
 #[must_use]
 pub fn has_spread(robot: &Robot) -> bool {
     robot.twin.as_ref().is_some_and(|twin| {
@@ -120,11 +121,12 @@ pub fn has_spread(robot: &Robot) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::LegScale;
 
     /// The committed gaits stand on draws that needed no bounds.
     #[test]
     fn draws_of_the_ant_lie_within_what_a_description_may_say() {
-        for leg in [1.0, 0.6] {
+        for leg in [LegScale::LONG, LegScale::SHORT] {
             let robot = Robot::ant(leg).expect("a leg scale");
             for number in 0..300 {
                 let drawn = Tolerances::default().draw(&robot, 0, number).robot;
@@ -138,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_robot_at_the_end_of_what_may_be_said_is_drawn_all_the_same() {
-        let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let mut robot = Robot::ant(LegScale::LONG).expect("the Ant");
         for name in
             ["servo.stiffness_n_m_rad", "servo.damping_n_m_s_rad", "servo.backdriven_damping_n_m_s_rad"]
         {
@@ -158,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_was_never_fitted_has_no_spread() {
-        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("the Ant");
 
         assert!(has_spread(&robot));
         assert!(!has_spread(&Robot { twin: None, ..robot }));
@@ -166,7 +168,7 @@ mod tests {
 
     #[test]
     fn draws_differ_by_number_and_seed_and_are_the_same_again() {
-        let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("the Ant");
         let tolerances = Tolerances::default();
         let draws: Vec<Draw> = (0..20).map(|number| tolerances.draw(&robot, 3, number)).collect();
 

@@ -1,6 +1,7 @@
-//! What a search draws: its design, its starts, and the surrogate's seeds.
+//! Random numbers of a search: its design, its starts, and the surrogate's seeds.
 //!
-//! Owns the streams of its seed, one a purpose, so that more of one kind moves no other.
+//! Holds the streams of its seed, one for each purpose, so that more numbers of
+//! one kind change no other. Does not depend on what they are used for.
 
 use rand::seq::SliceRandom as _;
 use rand::{Rng as _, RngCore as _, SeedableRng as _};
@@ -14,28 +15,28 @@ pub(super) enum Stream {
     Design,
     /// Starts of the search's episodes.
     Starts,
-    /// Starts of the last comparison's.
+    /// Starts of the last comparison's episodes.
     FinalStarts,
-    /// What the surrogate draws.
+    /// Seeds of the surrogate.
     Surrogate,
     /// Seeds of the rounds after the first.
     Rounds,
 }
 
-/// The generator of one of them.
+/// A generator of its own for each stream.
 pub(super) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(stream as u64);
     random
 }
 
-/// Seeds of episodes.
+/// Seeds of episodes, or of rounds.
 pub(super) fn seeds(seed: u64, which: Stream, count: usize) -> Vec<u64> {
     let mut random = stream(seed, which);
     (0..count).map(|_| random.next_u64()).collect()
 }
 
-/// A Latin hypercube in the unit cube: of each number one value from each of `count` equal parts.
+/// A Latin hypercube in the unit cube: each number has one value in each of `count` equal parts.
 pub(super) fn hypercube(count: usize, dimension: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = stream(seed, Stream::Design);
     let mut points = vec![vec![0.0; dimension]; count];

@@ -1,36 +1,37 @@
 //! Bayesian optimisation of a sinusoidal gait.
 //!
-//! Owns what a search is asked and what it answers, and its budget, in control
+//! Holds what a search is asked and what it returns, and its budget, in control
 //! steps as a learner's is. A large budget is spent on several rounds, each a
-//! search of its own, of which the best counts; their order is `course`'s.
+//! search of its own, of which the best counts; `state` runs them. Does not
+//! depend on flags and files.
 
-mod course;
+mod state;
 
 use super::draw::{Stream, seeds};
-use super::task::{Task, Worth};
+use super::task::{GaitScore, Task};
 use super::wave::{DIMENSION, Pairs, Sinusoid};
 use crate::search::optimise::basis::Basis;
 use crate::search::optimise::space::Motion;
-use course::Course;
+use state::SearchState;
 
 /// Episodes of an evaluation. With the presets' 1000 steps each, TD3's budget is 315 evaluations.
 pub const STARTS: usize = 8;
-/// Control steps of a round: TD3's budget, 42,000 s. One longer search finds less than several, and
-/// its surrogate's work grows with the cube of the points.
+/// Control steps of a round: TD3's budget, 42,000 s. Several rounds find better gaits than one longer
+/// search, whose surrogate's work grows with the cube of the points.
 pub const ROUND_STEPS: u64 = 2_520_000;
-/// A process of so many numbers needs more points than numbers.
+/// A Gaussian process over so many numbers needs more points than numbers.
 const LEAST_DESIGN: u64 = DIMENSION as u64 + 1;
-/// Evaluations a batch: they take about as much time as the surrogate that suggests them.
+/// Evaluations of a batch: they take about as much time as the surrogate that suggests them.
 const BATCH: usize = 4;
 /// Share of the budget for the comparison of the best.
 const FINAL_SHARE: f64 = 0.05;
-/// So many are compared.
+/// Gaits in the comparison of the best.
 const FINALISTS: usize = 5;
 
 /// Where a point came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// The hypercube.
+    /// The Latin hypercube.
     Design,
     /// The surrogate, among all gaits.
     Everywhere,
@@ -41,7 +42,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// As in files.
+    /// In `evaluations.csv`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -62,13 +63,13 @@ pub struct Evaluation {
     pub stage: Stage,
     /// In the unit cube.
     pub point: Vec<f64>,
-    /// The gait.
+    /// Its waves.
     pub gait: Sinusoid,
-    /// What it was worth.
-    pub worth: Worth,
+    /// Over its episodes.
+    pub score: GaitScore,
 }
 
-/// How far a search is.
+/// Progress of a search.
 #[derive(Debug)]
 pub struct Progress<'a> {
     /// Gaits tried.
@@ -79,15 +80,15 @@ pub struct Progress<'a> {
     pub best: &'a Evaluation,
 }
 
-/// What a search ended with.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The gait's curves, at the stroke that was tuned.
     pub motion: Motion,
-    /// The gait.
+    /// Its waves.
     pub gait: Sinusoid,
-    /// On the last comparison's starts; of a search that was stopped, on its own.
-    pub worth: Worth,
+    /// On the last comparison's starts; of a search that was stopped, on the search's own.
+    pub score: GaitScore,
     /// Everything that was tried, in order.
     pub evaluations: Vec<Evaluation>,
     /// Control steps simulated.
@@ -104,16 +105,16 @@ impl Found {
     }
 }
 
-/// A search.
+/// A search, before it runs.
 #[derive(Debug, Clone)]
 pub struct Search<'a> {
-    /// What gaits are tried at.
+    /// Robot and reward.
     pub task: Task<'a>,
-    /// Curves like waves.
+    /// Curves that are like waves.
     pub basis: Basis,
     /// Which legs swing together.
     pub pairs: Pairs,
-    /// Of everything that is drawn.
+    /// Random seed.
     pub seed: u64,
     /// Control steps to simulate.
     pub budget: u64,
@@ -122,7 +123,7 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Control steps of one evaluation that nothing ends.
+    /// Control steps of one evaluation without falls.
     fn evaluation_steps(&self) -> u64 {
         STARTS as u64 * self.task.episode_steps()
     }
@@ -144,36 +145,36 @@ impl Search<'_> {
         u32::try_from(self.budget / self.round_steps.max(1)).unwrap_or(u32::MAX).max(1)
     }
 
-    /// The first round's is the search's own, so that a budget of one round is what it always was.
+    /// The first round has the search's own seed, so that a search of one round does not depend on rounds.
     fn round_seed(&self, round: u32) -> u64 {
         let later = seeds(self.seed, Stream::Rounds, round as usize);
         later.last().copied().unwrap_or(self.seed)
     }
 
-    /// The least budget that is a search: a design, one batch, and the comparison.
+    /// The minimum budget: a design, one batch, and the comparison.
     #[must_use]
     pub fn least_budget(&self) -> u64 {
         (LEAST_DESIGN + BATCH as u64 + FINALISTS as u64) * self.evaluation_steps()
     }
 
-    /// Searches; `watch` is told of every batch and says whether to go on. A
-    /// budget below [`Self::least_budget`] is taken for that.
+    /// Searches; `watch` is called after every batch and returns whether to go on. A budget below
+    /// [`Self::least_budget`] is raised to it.
     pub fn run(&self, watch: &mut dyn FnMut(&Progress<'_>) -> bool) -> Found {
         let search = Self { budget: self.budget.max(self.least_budget()), ..self.clone() };
-        Course::of(&search, watch).run()
+        SearchState::of(&search, watch).run()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learn::td3::preset::Preset;
-    use crate::learn::td3::run_config::RunConfig;
-    use crate::robot::Robot;
+    use crate::learn::preset::Preset;
+    use crate::learn::run_config::RunConfig;
+    use crate::robot::{LegScale, Robot};
 
     /// Short episodes, with a budget of `rounds` of the least.
     fn searched(rounds: u64, goes_on: &mut dyn FnMut(usize) -> bool) -> Found {
-        let robot = Robot::ant(1.0).expect("a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("a leg scale");
         let mut env = RunConfig::preset(Preset::Walk).expect("it comes with the program").env;
         env.episode_steps = 20;
         let task = Task { robot: &robot, env };
@@ -203,12 +204,12 @@ mod tests {
         assert_ne!(designs(0).map(|tried| &tried.point), designs(1).map(|tried| &tried.point));
         let finals = found.evaluations.iter().filter(|tried| tried.stage == Stage::Final);
         assert_eq!(finals.clone().count(), FINALISTS);
-        let most = finals.map(|tried| tried.worth.reward_per_step).fold(f64::MIN, f64::max);
-        assert_eq!(found.worth.reward_per_step, most);
+        let most = finals.map(|tried| tried.score.reward_per_step).fold(f64::MIN, f64::max);
+        assert_eq!(found.score.reward_per_step, most);
         // The finalists are the best of all rounds.
         let mut tried: Vec<&Evaluation> = found.evaluations.iter().collect();
         tried.retain(|tried| tried.stage != Stage::Final);
-        tried.sort_by(|a, b| b.worth.reward_per_step.total_cmp(&a.worth.reward_per_step));
+        tried.sort_by(|a, b| b.score.reward_per_step.total_cmp(&a.score.reward_per_step));
         assert!(tried[..FINALISTS].iter().any(|tried| tried.gait == found.gait));
     }
 
@@ -221,7 +222,7 @@ mod tests {
 
         assert!(stopped.stopped && stopped.rounds() == 2);
         let most =
-            stopped.evaluations.iter().map(|tried| tried.worth.reward_per_step).fold(f64::MIN, f64::max);
-        assert_eq!(stopped.worth.reward_per_step, most);
+            stopped.evaluations.iter().map(|tried| tried.score.reward_per_step).fold(f64::MIN, f64::max);
+        assert_eq!(stopped.score.reward_per_step, most);
     }
 }

@@ -1,7 +1,8 @@
 //! The next points to try, by a Gaussian process over those that were tried.
 //!
-//! Owns how the crate `egobox-ego` is asked; refuses to know what the points are.
-//! Every answer is a function of its question and the seed, whatever the cores.
+//! Holds the use of crate `egobox-ego`. Does not depend on what the points mean.
+//! Every suggestion is a function of the known points and the seed, whatever the
+//! number of cores.
 
 use egobox_ego::{CorrelationSpec, EgorServiceBuilder, InfillStrategy};
 use ndarray::Array2;
@@ -11,15 +12,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// batch of four takes 3 s of one core.
 const LIKELIHOOD_STARTS: usize = 3;
 const LIKELIHOOD_EVALUATIONS: usize = 25;
-/// Starts of the search for the points of most promise.
-const PROMISE_STARTS: usize = 20;
+/// Starts of the search for the largest expected improvement.
+const IMPROVEMENT_STARTS: usize = 20;
 
-/// What is known, in numbers from 0 to 1.
+/// Points that were tried, in numbers from 0 to 1.
 #[derive(Debug)]
 pub struct Known<'a> {
     /// Points, all of one length.
     pub points: &'a [Vec<f64>],
-    /// Of each, the less the better.
+    /// One for each point; lower is better.
     pub costs: &'a [f64],
 }
 
@@ -27,7 +28,7 @@ pub struct Known<'a> {
 /// those before had come out as expected; `None` if the process cannot be fitted.
 #[must_use]
 pub fn suggest(known: &Known<'_>, limits: &[[f64; 2]], count: usize, seed: u64) -> Option<Vec<Vec<f64>>> {
-    // Matrices that are no more positive definite end in a panic there.
+    // The crate panics on matrices that are not positive definite.
     let found = catch_unwind(AssertUnwindSafe(|| ask(known, limits, count, seed)));
     let points: Vec<Vec<f64>> = found.ok()??.rows().into_iter().map(|row| row.to_vec()).collect();
     let is_whole = points.iter().flatten().all(|number| number.is_finite());
@@ -51,12 +52,12 @@ fn ask(known: &Known<'_>, limits: &[[f64; 2]], count: usize, seed: u64) -> Optio
                 // One fit of the likelihood for all points of a batch.
                 .configure_qei(|batch| batch.batch(count).optmod(count))
                 .infill_strategy(InfillStrategy::LogEI)
-                .n_start(PROMISE_STARTS)
+                .n_start(IMPROVEMENT_STARTS)
                 .seed(seed)
         })
         .min_within(&box_of_points)
         .ok()?;
-    // It comes with a logger, for standard output, where results go.
+    // The crate logs to standard output, where results go.
     log::set_max_level(log::LevelFilter::Off);
     Some(service.suggest(&points, &costs))
 }

@@ -1,8 +1,8 @@
-//! What a gait is worth: the learning task's reward, played open loop.
+//! The score of a gait: the learning task's reward, played open loop.
 //!
-//! Owns the episodes. The environment is the very one that policies learn in,
-//! ends and limits included, so every term of its reward counts; the gait is
-//! its actions, 60 a second. Its slew limit changes the first strokes of an
+//! Holds the episodes. The environment is the one that policies learn in, ends
+//! and limits included, so every term of its reward counts; the gait is its
+//! actions, 60 per second. Does not depend on how gaits are searched. The slew limit changes the first strokes of an
 //! episode, while the legs come from where they were put to where the gait is,
 //! and nothing after: [`super::wave::bounds`] keeps the gait within it.
 
@@ -16,10 +16,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Mean over episodes.
+/// Means over the episodes of a gait.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Worth {
-    /// Reward over the steps that the episodes were to last: those after a fall bring none.
+pub struct GaitScore {
+    /// Reward over the steps that the episodes were to last; steps after a fall count as 0.
     pub reward_per_step: f64,
     /// Along the world's x, over the time that it walked.
     pub speed_m_s: f64,
@@ -33,8 +33,8 @@ pub struct Worth {
     pub steps: u64,
 }
 
-impl Worth {
-    /// Of what was not tried.
+impl GaitScore {
+    /// The score of a gait that was not tried.
     pub const NOTHING: Self = Self {
         reward_per_step: 0.0,
         speed_m_s: 0.0,
@@ -72,16 +72,16 @@ struct Episode {
 }
 
 impl Task<'_> {
-    /// Control steps of an episode that nothing ends.
+    /// Control steps of an episode without a fall.
     #[must_use]
     pub fn episode_steps(&self) -> u64 {
         u64::from(self.env.episode_steps).max(1)
     }
 
-    /// Plays each motion from each start, on as many cores as there are; the
-    /// answers do not depend on how many.
+    /// Plays each motion from each start, on all cores; the scores do not depend on how many there
+    /// are.
     #[must_use]
-    pub fn worth(&self, motions: &[Motion], starts: &[u64]) -> Vec<Worth> {
+    pub fn scores(&self, motions: &[Motion], starts: &[u64]) -> Vec<GaitScore> {
         let all: Vec<(usize, u64)> =
             (0..motions.len()).flat_map(|m| starts.iter().map(move |&start| (m, start))).collect();
         let episodes: Vec<Episode> =
@@ -89,9 +89,9 @@ impl Task<'_> {
         episodes.chunks(starts.len().max(1)).map(|episodes| self.mean(episodes)).collect()
     }
 
-    /// An episode; a simulation that ran away counts as a fall at once, since no robot moves so.
+    /// An episode; a simulation that diverged counts as an immediate fall.
     fn sound(&self, motion: &Motion, start: u64) -> Episode {
-        // A world that ran away trips the engine's own assertions.
+        // A simulation that diverges triggers assertions of the engine.
         let episode = catch_unwind(AssertUnwindSafe(|| self.play(motion, start)));
         let is_sound = |episode: &Episode| {
             [episode.reward, episode.forward_m, episode.energy_j].iter().all(|sum| sum.is_finite())
@@ -127,15 +127,15 @@ impl Task<'_> {
         episode
     }
 
-    /// Added up in the order of the starts: floating-point sums depend on it.
-    fn mean(&self, episodes: &[Episode]) -> Worth {
+    /// Sums in the order of the starts: floating-point sums depend on it.
+    fn mean(&self, episodes: &[Episode]) -> GaitScore {
         let sum = |of: fn(&Episode) -> f64| episodes.iter().map(of).sum::<f64>();
         let asked = episodes.len() as f64 * self.episode_steps() as f64;
         let steps: u64 = episodes.iter().map(|episode| episode.steps).sum();
         let time_s = seconds(steps);
         let (forward_m, energy_j) = (sum(|e| e.forward_m), sum(|e| e.energy_j));
         let weight_n = sum(|e| e.weight_n) / episodes.len() as f64;
-        Worth {
+        GaitScore {
             reward_per_step: sum(|e| e.reward) / asked,
             speed_m_s: forward_m / time_s,
             power_w: energy_j / time_s,
@@ -153,45 +153,48 @@ impl Task<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learn::td3::preset::Preset;
-    use crate::learn::td3::run_config::RunConfig;
+    use crate::learn::preset::Preset;
+    use crate::learn::run_config::RunConfig;
+    use crate::robot::LegScale;
+    use protocol::gait::COEFFICIENT_COUNT;
+    use protocol::{JOINT_COUNT, LEG_COUNT};
 
     fn still(knee_deg: f64) -> Motion {
-        let mut centres_deg = [0.0; 8];
-        centres_deg[4..].fill(knee_deg);
-        Motion { period_s: 1.0, centres_deg, curves_deg: [[0.0; 11]; 8] }
+        let mut centres_deg = [0.0; JOINT_COUNT];
+        centres_deg[LEG_COUNT..].fill(knee_deg);
+        Motion { period_s: 1.0, centres_deg, curves_deg: [[0.0; COEFFICIENT_COUNT]; JOINT_COUNT] }
     }
 
     #[test]
     fn a_standing_robot_earns_what_standing_brings_and_pays_for_its_electronics() {
-        let robot = Robot::ant(1.0).expect("a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("a leg scale");
         let mut env = RunConfig::preset(Preset::Walk).expect("it comes with the program").env;
         env.episode_steps = 300;
         env.start.joint_rad = 0.0;
         let task = Task { robot: &robot, env };
 
-        let worth = task.worth(&[still(0.0), still(10.0)], &[1, 2, 3]);
+        let score = task.scores(&[still(0.0), still(10.0)], &[1, 2, 3]);
 
-        assert_eq!(worth.len(), 2);
-        assert!(worth[0].speed_m_s.abs() < 0.01 && worth[0].falls == 0, "{:?}", worth[0]);
-        assert!((worth[0].reward_per_step - env.reward.alive).abs() < 0.03, "{:?}", worth[0]);
-        assert!(worth[0].power_w >= robot.power.electronics_w && worth[0].power_w < 0.5, "{:?}", worth[0]);
-        assert_eq!(worth[0].steps, 900);
-        assert_ne!(worth[0], worth[1]);
+        assert_eq!(score.len(), 2);
+        assert!(score[0].speed_m_s.abs() < 0.01 && score[0].falls == 0, "{:?}", score[0]);
+        assert!((score[0].reward_per_step - env.reward.alive).abs() < 0.03, "{:?}", score[0]);
+        assert!(score[0].power_w >= robot.power.electronics_w && score[0].power_w < 0.5, "{:?}", score[0]);
+        assert_eq!(score[0].steps, 900);
+        assert_ne!(score[0], score[1]);
     }
 
     #[test]
     fn a_fall_ends_an_episode_and_the_steps_after_it_bring_nothing() {
-        let robot = Robot::ant(1.0).expect("a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("a leg scale");
         let mut env = RunConfig::preset(Preset::Walk).expect("it comes with the program").env;
         env.episode_steps = 300;
         // Nothing stands as upright as this.
         env.max_tilt_rad = 1e-9;
         let task = Task { robot: &robot, env };
 
-        let worth = task.worth(&[still(0.0)], &[1, 2]);
+        let score = task.scores(&[still(0.0)], &[1, 2]);
 
-        assert_eq!((worth[0].falls, worth[0].steps), (2, 2));
-        assert!(worth[0].reward_per_step.abs() < 0.01, "{:?}", worth[0]);
+        assert_eq!((score[0].falls, score[0].steps), (2, 2));
+        assert!(score[0].reward_per_step.abs() < 0.01, "{:?}", score[0]);
     }
 }

@@ -1,25 +1,26 @@
 //! A gait of sine waves, twelve numbers of it.
 //!
-//! Owns what each number means. Legs swing in two pairs; a pair's hips have an
+//! Holds what each number means. Legs swing in two pairs; a pair's hips have an
 //! amplitude, a phase and an offset, and so have its knees. The first pair's
 //! hips are where phases are counted from, and the period is free: 1 + 4 x 3 - 1.
 //!
-//! Every point of the unit cube is a gait that the servos follow. An amplitude
-//! is searched as a share of the largest that offset, period and servo leave,
-//! not in degrees: most of a box of degrees would ask for more than a servo
-//! does, and a repair would make one gait of many points, on which a surrogate
-//! sees nothing but plains.
+//! Every point of the unit cube is a gait that the servos can follow. An
+//! amplitude is searched as a share of the largest that offset, period and servo
+//! allow, not in degrees: most of a box of degrees would ask for more than a
+//! servo can do, and a repair would map many points to one gait, so that the
+//! surrogate sees plateaus.
 //!
-//! What the pairs have alike is one number and what sets them apart another, in
-//! its third power: every pair of values can be had, and most points are gaits of
-//! which the pairs are much alike. With a number a value of its own, the search
-//! ended with one pair that dragged the other.
+//! The mean of both pairs is one number and their difference another, cubed:
+//! every combination of values can be reached, and at most points the pairs are
+//! nearly equal. With one number for each pair the search ended in gaits in which
+//! one pair dragged the other. Does not depend on how gaits are scored.
 
 use crate::robot::Robot;
 use crate::search::optimise::space::{Bounds, Motion, SPEED_MARGIN, Space};
 use crate::sim::AntEnvConfig;
 use crate::sim::ant_env::ACTION_DEG;
 use core::f64::consts::TAU;
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that a gait is searched by.
@@ -30,8 +31,8 @@ pub const LEAST_PERIOD_S: f64 = 0.3;
 /// little more is within the joints' limits.
 pub const MOST_PERIOD_S: f64 = 2.0;
 /// Seen from above hips turn counter-clockwise: forwards for two legs, backwards for the others.
-const FORWARDS: [f64; 4] = [-1.0, -1.0, 1.0, 1.0];
-/// Offsets go so far, as a share of what the joints' limits leave: beyond, less than half of the stroke would be left.
+const FORWARDS: [f64; LEG_COUNT] = [-1.0, -1.0, 1.0, 1.0];
+/// Largest offset, as a share of the joints' limits: beyond, less than half of the stroke would be left.
 const OFFSET_SHARE: f64 = 0.5;
 
 /// Which legs swing together.
@@ -58,7 +59,7 @@ impl Pairs {
         pairs[leg]
     }
 
-    /// Of both pairs, by their legs.
+    /// Names of both pairs, by their legs.
     #[must_use]
     pub const fn names(self) -> [&'static str; 2] {
         match self {
@@ -101,7 +102,7 @@ pub struct Sinusoid {
     pub knees: [Wave; 2],
 }
 
-/// What a task lets a robot's servos be asked for.
+/// Bounds of setpoints in a task: the robot's and the task's own.
 #[must_use]
 pub fn bounds(robot: &Robot, task: &AntEnvConfig) -> Bounds {
     let own = Bounds::of(robot);
@@ -113,7 +114,7 @@ pub fn bounds(robot: &Robot, task: &AntEnvConfig) -> Bounds {
 }
 
 impl Sinusoid {
-    /// No gait: the robot stands.
+    /// No waves: the robot stands.
     pub const STILL: Self = {
         let still = Wave { amplitude_deg: 0.0, phase: 0.0, offset_deg: 0.0 };
         Self { period_s: 1.0, hips: [still; 2], knees: [still; 2] }
@@ -124,7 +125,7 @@ impl Sinusoid {
     pub fn at(point: &[f64], bounds: Bounds) -> Self {
         let mut numbers = point.iter().map(|n| if n.is_finite() { n.clamp(0.0, 1.0) } else { 0.5 });
         let mut next = || numbers.next().unwrap_or(0.5);
-        // Alike in ratio.
+        // On a logarithmic scale.
         let period_s = LEAST_PERIOD_S * (MOST_PERIOD_S / LEAST_PERIOD_S).powf(next());
         let ahead = next();
         let mut around = |widest_apart: f64| {
@@ -156,18 +157,18 @@ impl Sinusoid {
     /// The waves as curves that the firmware plays, within the space's bounds.
     #[must_use]
     pub fn motion(&self, pairs: Pairs, space: &Space) -> Motion {
-        let mut centres_deg = [0.0; 8];
-        let mut waves_deg = [[0.0; 2]; 8];
+        let mut centres_deg = [0.0; JOINT_COUNT];
+        let mut waves_deg = [[0.0; 2]; JOINT_COUNT];
         let parts = |wave: &Wave, sign: f64| {
             let (sine, cosine) = (TAU * wave.phase).sin_cos();
             [sign * wave.amplitude_deg * cosine, -sign * wave.amplitude_deg * sine]
         };
-        for leg in 0..4 {
+        for leg in 0..LEG_COUNT {
             let (hip, knee) = (&self.hips[pairs.of(leg)], &self.knees[pairs.of(leg)]);
             centres_deg[leg] = pairs.offset_sign(leg) * hip.offset_deg;
             waves_deg[leg] = parts(hip, FORWARDS[leg]);
-            centres_deg[4 + leg] = knee.offset_deg;
-            waves_deg[4 + leg] = parts(knee, 1.0);
+            centres_deg[LEG_COUNT + leg] = knee.offset_deg;
+            waves_deg[LEG_COUNT + leg] = parts(knee, 1.0);
         }
         space.swinging(self.period_s, centres_deg, &waves_deg)
     }
@@ -204,12 +205,13 @@ impl Sinusoid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learn::td3::preset::Preset;
-    use crate::learn::td3::run_config::RunConfig;
+    use crate::learn::preset::Preset;
+    use crate::learn::run_config::RunConfig;
+    use crate::robot::LegScale;
     use crate::search::optimise::basis::Basis;
 
     fn walk() -> (Bounds, Space) {
-        let robot = Robot::ant(1.0).expect("a leg scale");
+        let robot = Robot::ant(LegScale::LONG).expect("a leg scale");
         let task = RunConfig::preset(Preset::Walk).expect("it comes with the program").env;
         let bounds = bounds(&robot, &task);
         (bounds, Space::new(Basis::new().expect("the algebra holds"), bounds, 1))

@@ -1,9 +1,10 @@
-//! The task shows what it says, slews, ends and does not end when it should.
+//! Observations, the slew limit and the ends of episodes.
 
 use super::*;
+use crate::robot::LegScale;
 
 fn env(config: AntEnvConfig) -> AntEnv {
-    AntEnv::new(&Robot::ant(1.0).expect("1.0 is a leg scale"), config)
+    AntEnv::new(&Robot::ant(LegScale::LONG).expect("the Ant"), config)
 }
 
 fn calm() -> AntEnvConfig {
@@ -23,7 +24,7 @@ fn observations_stand_where_the_table_says() {
     assert_eq!(seen[1..5], [0.0, 0.0, 0.0, 1.0]);
     assert_eq!(seen[5..27], [0.0; 22]);
 
-    let mut action = [0.0; 8];
+    let mut action = [0.0; JOINT_COUNT];
     action[1] = 0.4;
     action[6] = -0.3;
     for _ in 0..20 {
@@ -52,7 +53,7 @@ fn the_same_seed_starts_the_same_episode_and_another_does_not() {
     let mut start = |seed| {
         let mut seen = [0.0; OBSERVATION_LEN];
         env.reset(seed, &mut seen);
-        env.step(&[0.3; 8], &mut seen);
+        env.step(&[0.3; JOINT_COUNT], &mut seen);
         seen
     };
 
@@ -119,7 +120,7 @@ fn the_time_limit_truncates_and_is_not_terminal() {
     let mut seen = [0.0; OBSERVATION_LEN];
     env.reset(0, &mut seen);
 
-    let steps: Vec<_> = (0..50).map(|_| env.step(&[0.0; 8], &mut seen)).collect();
+    let steps: Vec<_> = (0..50).map(|_| env.step(&[0.0; JOINT_COUNT], &mut seen)).collect();
 
     assert!(steps[..49].iter().all(|step| !step.truncated && !step.terminated));
     assert!(steps[49].truncated && !steps[49].terminated);
@@ -178,10 +179,10 @@ fn standing_still_earns_the_alive_bonus_and_next_to_nothing_else() {
     let mut seen = [0.0; OBSERVATION_LEN];
     env.reset(0, &mut seen);
     for _ in 0..60 {
-        env.step(&[0.0; 8], &mut seen);
+        env.step(&[0.0; JOINT_COUNT], &mut seen);
     }
 
-    let step = env.step(&[0.0; 8], &mut seen);
+    let step = env.step(&[0.0; JOINT_COUNT], &mut seen);
 
     assert_near(step.reward, 1.0, 0.005);
     assert_near(step.forward_speed_m_s, 0.0, 0.005);

@@ -1,26 +1,26 @@
-//! A gait as the servos get it from the firmware.
+//! A gait with the rounding of firmware and PWM.
 //!
-//! Owns the two things between a curve and a servo: the frames, each computed
-//! from the robot's own bytes and held within the gait's limits, and the PWM's
-//! counts. Refuses nothing: whatever a [`Playable`] is, can be played.
+//! Holds the two steps between a curve and a servo: frames computed from the
+//! gait's bytes and clamped to its limits, then whole counts of the PWM. Does not
+//! depend on calibration files or on the link to a robot.
 
 use super::FRAME_RATE_HZ;
-use crate::calibration::count_us;
 use crate::gait::gait_player::Playable;
+use crate::pwm::count_us;
 use crate::robot::Robot;
-use protocol::{Amplitude, Calibration};
+use protocol::{Amplitude, Calibration, JOINT_COUNT};
 
-/// A gait at an amplitude, on its way to the servos of a robot.
+/// A gait at an amplitude, for the servos of a robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Playback<'a> {
     playable: &'a Playable,
     amplitude: Amplitude,
-    /// What one count of the PWM turns a servo by.
+    /// Degrees that one count of the PWM turns a servo.
     count_deg: f64,
 }
 
 impl<'a> Playback<'a> {
-    /// On a robot whose calibration fits its servos, so that neutral is a whole count.
+    /// For a robot whose neutral pulses are whole counts of the PWM.
     #[must_use]
     pub fn new(playable: &'a Playable, amplitude: Amplitude, robot: &Robot) -> Self {
         let count_deg = count_us(&Calibration::authors().board()) / robot.servo.pulse_us_per_deg;
@@ -29,8 +29,8 @@ impl<'a> Playback<'a> {
 
     /// Setpoints of the frame at that time into the walk, in radians from neutral.
     #[must_use]
-    pub fn setpoints_rad(&self, time_s: f64) -> [f64; 8] {
-        // Negative times are frame 0; after 2^32 frames, 2.3 years, it stands.
+    pub fn setpoints_rad(&self, time_s: f64) -> [f64; JOINT_COUNT] {
+        // Negative times are frame 0; the number saturates after 2^32 frames, 2.3 years.
         let frame = (time_s * FRAME_RATE_HZ).round() as u32;
         let angles = self.playable.frame(frame, self.amplitude);
         angles.map(|angle| ((angle.deg() / self.count_deg).round() * self.count_deg).to_radians())
@@ -41,6 +41,7 @@ impl<'a> Playback<'a> {
 mod tests {
     use super::*;
     use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
+    use crate::robot::LegScale;
     use protocol::Joint;
 
     fn gait() -> Playable {
@@ -56,7 +57,7 @@ mod tests {
         let gait = GaitFile {
             name: "known".into(),
             period_s: 0.731,
-            unit_deg: 24.0,
+            unit_deg: crate::gait::scale::TABLE_DEG_PER_ACTION,
             provenance: Provenance::of(Source::Fitted),
             joints: Joint::ALL.map(|_| series.clone()),
         };
@@ -66,7 +67,7 @@ mod tests {
     /// The pulses that the firmware's own calibration makes of the same angles.
     #[test]
     fn servos_get_whole_counts_of_the_angles_that_the_robot_computes() {
-        let (gait, robot) = (gait(), Robot::ant(1.0).unwrap());
+        let (gait, robot) = (gait(), Robot::ant(LegScale::LONG).unwrap());
         let amplitude = Amplitude::from_f64(2.0).unwrap();
         let playback = Playback::new(&gait, amplitude, &robot);
         let calibration = Calibration::authors().joint(Joint::Knee2);
@@ -77,7 +78,8 @@ mod tests {
 
             assert!((setpoint_deg - 0.6 * (f64::from(counts) - 330.0)).abs() < 1e-3, "frame {frame}");
         }
-        let highest = (0..200).map(|f| playback.setpoints_rad(f64::from(f) / 60.0)[5]).fold(0.0, f64::max);
+        let highest =
+            (0..200).map(|f| playback.setpoints_rad(f64::from(f) / FRAME_RATE_HZ)[5]).fold(0.0, f64::max);
         assert!((highest.to_degrees() - 30.0).abs() < 1e-6, "not held at its limit: {highest}");
     }
 }

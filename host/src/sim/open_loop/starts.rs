@@ -1,64 +1,65 @@
 //! The same gait from many starts, over all cores.
 //!
-//! Owns the numbers of the starts: each has its own stream of the seed, so a
-//! start is the same whatever starts beside it, and on whichever core. Refuses
-//! results that are no numbers.
+//! Holds the seeds of the starts: each has its own random stream, so that a start
+//! does not depend on how many there are or on the core that plays it. A walk that
+//! diverged is an error, so that no NaN enters a mean.
 
 use super::{Trial, Walk, play};
 use crate::robot::Robot;
 use crate::sim::start::{Perturbation, Start};
+use protocol::JOINT_COUNT;
 use rand::{RngCore as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use thiserror::Error;
 
-/// From where to play.
+/// A number of starts that differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Starts {
-    /// How far they differ.
+    /// How much they differ.
     pub perturbation: Perturbation,
-    /// The same seed draws the same starts.
+    /// Random seed.
     pub seed: u64,
-    /// How many.
+    /// Number of starts.
     pub count: u32,
 }
 
 impl Starts {
-    /// One of them.
+    /// The start of that number, from 0.
     #[must_use]
     pub fn start(&self, number: u32) -> Start {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(number.into());
-        Start::drawn(&self.perturbation, random.next_u64())
+        Start::sampled(&self.perturbation, random.next_u64())
     }
 }
 
-/// The engine's numbers ran away: no robot moves like that.
+/// The simulation diverged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("the simulation of start {start} diverged: its numbers grew beyond all bounds")]
+#[error("the simulation of start {start} diverged: speeds or angles became impossible or NaN")]
 pub struct Diverged {
     /// Counted from 0.
     pub start: u32,
 }
 
-/// Plays `gait` once; `None` if the simulation ran away.
-pub fn play_sound(robot: &Robot, trial: &Trial, gait: impl FnMut(f64) -> [f64; 8]) -> Option<Walk> {
-    // A world that ran away trips the engine's own assertions.
+/// Plays `gait` once; `None` if the simulation diverged.
+pub fn play_sound(robot: &Robot, trial: &Trial, gait: impl FnMut(f64) -> [f64; JOINT_COUNT]) -> Option<Walk> {
+    // A diverged world violates the engine's own assertions, which panic.
     let walk = catch_unwind(AssertUnwindSafe(|| play(robot, trial, gait)));
     walk.ok().filter(Walk::is_sound)
 }
 
-/// Plays `gait` from each start, on as many cores as there are; walks are in
-/// the order of the starts. `trial.start` is not looked at.
+/// Plays `gait` from each start, over all cores; walks are in the order of the
+/// starts. `trial.start` is ignored.
 ///
 /// # Errors
-/// [`Diverged`] for the first start of which nothing can be said.
+/// [`Diverged`] for the first start whose simulation diverged.
 pub fn play_starts(
     robot: &Robot,
     trial: &Trial,
     starts: &Starts,
-    gait: impl Fn(f64) -> [f64; 8] + Sync,
+    gait: impl Fn(f64) -> [f64; JOINT_COUNT] + Sync,
 ) -> Result<Vec<Walk>, Diverged> {
     let one = |start: u32| {
         let trial = Trial { start: starts.start(start), ..*trial };
@@ -71,6 +72,8 @@ pub fn play_starts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::LegScale;
+    use protocol::LEG_COUNT;
     use std::f64::consts::{PI, TAU};
 
     const STARTS: Starts =
@@ -78,13 +81,15 @@ mod tests {
     const USUAL: Perturbation =
         Perturbation { yaw_rad: 0.05, height_m: 0.005, joint_rad: 0.05, friction_share: 0.05 };
 
-    fn trot(t: f64) -> [f64; 8] {
+    fn trot(t: f64) -> [f64; JOINT_COUNT] {
         let leg = |leg: usize| TAU * t + PI * (leg % 2) as f64;
-        std::array::from_fn(|j| if j < 4 { 0.3 * leg(j).sin() } else { 0.3 * leg(j % 4).cos() })
+        std::array::from_fn(
+            |j| if j < LEG_COUNT { 0.3 * leg(j).sin() } else { 0.3 * leg(j % LEG_COUNT).cos() },
+        )
     }
 
     fn walks(threads: usize, starts: &Starts) -> Vec<Walk> {
-        let robot = Robot::ant(1.0).unwrap();
+        let robot = Robot::ant(LegScale::LONG).unwrap();
         let trial = Trial { duration_s: 2.0, ..Trial::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| play_starts(&robot, &trial, starts, trot)).unwrap()

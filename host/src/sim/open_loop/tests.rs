@@ -1,27 +1,29 @@
 //! Gaits walk as far as they should, and mirrored gaits walk mirrored.
 
 use super::*;
+use crate::robot::LegScale;
 use core::f64::consts::{PI, TAU};
+use protocol::LEG_COUNT;
 
 fn ant() -> Robot {
-    Robot::ant(1.0).expect("1.0 is a leg scale")
+    Robot::ant(LegScale::LONG).expect("the Ant")
 }
 
-/// A trot along x that veers to one side: legs on the left swing wider.
-fn veering_trot(t: f64) -> [f64; 8] {
+/// A trot along x that turns to one side: legs on the left swing wider.
+fn veering_trot(t: f64) -> [f64; JOINT_COUNT] {
     let phase = TAU * t / 1.0;
     core::array::from_fn(|j| {
-        let leg = j % 4;
+        let leg = j % LEG_COUNT;
         let leg_phase = phase + PI * (leg % 2) as f64;
         // A hip's counter-clockwise turn takes a left foot back and a right foot forward.
         let swing = if leg < 2 { 0.35 } else { -0.25 };
-        if j < 4 { swing * leg_phase.sin() } else { 0.3 * leg_phase.cos() }
+        if j < LEG_COUNT { swing * leg_phase.sin() } else { 0.3 * leg_phase.cos() }
     })
 }
 
 /// The same gait in a mirror that holds the x axis: legs 1 and 4, 2 and 3 change places.
-fn mirrored(gait: [f64; 8]) -> [f64; 8] {
-    core::array::from_fn(|j| if j < 4 { -gait[3 - j] } else { gait[11 - j] })
+fn mirrored(gait: [f64; JOINT_COUNT]) -> [f64; JOINT_COUNT] {
+    core::array::from_fn(|j| if j < LEG_COUNT { -gait[3 - j] } else { gait[11 - j] })
 }
 
 #[test]
@@ -41,7 +43,7 @@ fn a_mirrored_gait_walks_the_mirrored_way() {
 fn standing_takes_the_electronics_power_and_what_holding_takes_and_gets_nowhere() {
     let robot = ant();
 
-    let walk = play(&robot, &Trial::default(), |_| [0.0; 8]);
+    let walk = play(&robot, &Trial::default(), |_| [0.0; JOINT_COUNT]);
 
     let servos_w = walk.mean_power_w - robot.power.electronics_w;
     assert!((servos_w - walk.mean_holding_power_w).abs() < 0.005, "{walk:?}");

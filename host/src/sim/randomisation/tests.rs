@@ -1,8 +1,10 @@
 use super::*;
 use crate::env::Env;
 use crate::robot::FIELDS;
+use crate::robot::LegScale;
 use crate::sim::ant_env::OBSERVATION_LEN;
 use crate::sim::{AntEnv, AntEnvConfig, Perturbation, World};
+use protocol::JOINT_COUNT;
 use std::sync::Arc;
 
 const ALL: Randomisation = Randomisation {
@@ -14,11 +16,11 @@ const ALL: Randomisation = Randomisation {
 };
 
 fn ant() -> Robot {
-    Robot::ant(1.0).expect("1.0 is a leg scale")
+    Robot::ant(LegScale::LONG).expect("the Ant")
 }
 
 fn drawn(randomisation: Randomisation, seed: u64) -> Robot {
-    Robots::like(&ant(), randomisation).expect("robots differ").drawn(seed)
+    Robots::like(&ant(), randomisation).expect("robots differ").sampled(seed)
 }
 
 fn env(randomisation: Randomisation) -> AntEnv {
@@ -74,13 +76,13 @@ fn episodes_of_two_seeds_walk_on_two_robots_and_of_one_seed_on_one() {
 fn an_episode_is_the_same_in_a_new_environment_and_in_a_used_one() {
     let play = |env: &mut AntEnv| {
         let mut seen = reset(env, 8);
-        let rewards: Vec<f32> = (0..30).map(|_| env.step(&[0.4; 8], &mut seen).reward).collect();
+        let rewards: Vec<f32> = (0..30).map(|_| env.step(&[0.4; JOINT_COUNT], &mut seen).reward).collect();
         (rewards, seen)
     };
     let (mut new, mut used) = (env(ALL), env(ALL));
     for seed in 0..3 {
         let mut seen = reset(&mut used, seed);
-        used.step(&[-0.7; 8], &mut seen);
+        used.step(&[-0.7; JOINT_COUNT], &mut seen);
     }
 
     assert_eq!(play(&mut new), play(&mut used));
@@ -172,7 +174,7 @@ fn a_drawn_robot_keeps_within_what_a_description_may_say() {
     let robots = Robots::like(&wide, wildest).expect("robots differ");
 
     for seed in 0..300 {
-        let robot = robots.drawn(seed);
+        let robot = robots.sampled(seed);
 
         robot.check().unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         assert!(robot.power.efficiency <= 1.0);
@@ -187,7 +189,7 @@ fn latency_delays_what_the_servos_do() {
 
     for seed in 0..6 {
         let mut seen = reset(&mut env, seed);
-        let mut action = [0.0; 8];
+        let mut action = [0.0; JOINT_COUNT];
         action[0] = 1.0;
         let still = (0..20).take_while(|_| {
             env.step(&action, &mut seen);

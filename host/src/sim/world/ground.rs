@@ -1,23 +1,24 @@
-//! What the ground takes from the robot, computed from the engine's contact forces.
+//! Energy that the robot loses to the ground, computed from the engine's contact forces.
 //!
-//! Owns the work under the soles. Not part of a step: it is looked at by those
-//! who ask where the energy goes.
+//! Holds the work under the feet. Does not depend on servos or their power. Not part
+//! of a step: only the energy balance of a gait needs it.
 
 use super::World;
 use crate::sim::body::real;
+use protocol::LEG_COUNT;
 use rapier3d::prelude::*;
 
-/// Speeds of the lowest points of the feet, legs 1 to 4.
-pub type Soles = [[f64; 3]; 4];
+/// Velocities of the lowest points of the feet, legs 1 to 4, in m/s in the world's frame.
+pub type Soles = [[f64; 3]; LEG_COUNT];
 
-/// What the ground took in one step, and how hard it pushed.
+/// Energy lost to the ground in one step, and the impulse that carried the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Taken {
-    /// By friction under soles that slide.
+pub struct GroundLosses {
+    /// By friction under feet that slide.
     pub slid_j: f64,
     /// By stopping feet that land.
     pub landed_j: f64,
-    /// Upwards, over all feet.
+    /// Upward impulse over all feet.
     pub lifted_n_s: f64,
 }
 
@@ -33,25 +34,25 @@ impl World {
         })
     }
 
-    /// The ground's part in the last step, given the soles' speeds before and after it.
+    /// Losses of the last step, from the feet's velocities before and after it.
     #[must_use]
-    pub fn taken_by_ground(&self, before: &Soles, after: &Soles) -> Taken {
-        let mut taken = Taken::default();
+    pub fn ground_losses(&self, before: &Soles, after: &Soles) -> GroundLosses {
+        let mut losses = GroundLosses::default();
         for (foot, impulse_n_s) in self.ground_impulses_n_s().into_iter().enumerate() {
-            // An impulse's work is that with the mean of the speeds before and after it.
+            // The work of an impulse is its product with the mean of the velocities before and after.
             let mean = |axis: usize| 0.5 * (before[foot][axis] + after[foot][axis]);
             let [x, y, z] = impulse_n_s.to_array().map(f64::from);
-            taken.slid_j -= x * mean(0) + y * mean(1);
-            taken.landed_j -= z * mean(2);
-            taken.lifted_n_s += z;
+            losses.slid_j -= x * mean(0) + y * mean(1);
+            losses.landed_j -= z * mean(2);
+            losses.lifted_n_s += z;
         }
-        taken
+        losses
     }
 
-    /// What the ground did to each foot: its push up and its friction.
-    fn ground_impulses_n_s(&self) -> [Vector; 4] {
+    /// The ground's impulse on each foot: normal force and friction.
+    fn ground_impulses_n_s(&self) -> [Vector; LEG_COUNT] {
         let physics = &self.body.physics;
-        let mut impulses = [Vector::ZERO; 4];
+        let mut impulses = [Vector::ZERO; LEG_COUNT];
         for pair in physics.contact_pairs() {
             for (handle, sign) in [(pair.collider1, 1.0), (pair.collider2, -1.0)] {
                 let parent = physics.colliders.get(handle).and_then(Collider::parent);

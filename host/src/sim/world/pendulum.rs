@@ -1,10 +1,12 @@
 //! A limp shin is a physical pendulum, and those have an exact period.
 
 use super::*;
+use crate::energy::SIMULATED_GRAVITY_M_S2;
+use crate::robot::LegScale;
 
 /// The Ant with servos that do not brake.
 fn limp_ant() -> Robot {
-    let mut robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let mut robot = Robot::ant(LegScale::LONG).expect("the Ant");
     let servo = &mut robot.servo;
     (servo.damping_n_m_s_rad, servo.backdriven_damping_n_m_s_rad, servo.friction_n_m) = (0.0, 0.0, 0.0);
     robot.servo.end_stop_deg = 180.0;
@@ -28,7 +30,7 @@ fn measured(robot: &Robot, amplitude_rad: f64) -> (f64, f64) {
     let (mut before_rad, mut largest_rad) = (amplitude_rad, 0.0_f64);
     let mut crossings_s = Vec::new();
     for step in 1..10_000 {
-        world.step(&[None; 8]);
+        world.step(&[None; JOINT_COUNT]);
         let now_rad = world.joint_angles_rad()[4] - hanging_rad;
         if before_rad < 0.0 && now_rad >= 0.0 {
             crossings_s.push((f64::from(step) - now_rad / (now_rad - before_rad)) * World::STEP_S);
@@ -56,7 +58,8 @@ fn exact_s(robot: &Robot, amplitude_rad: f64) -> f64 {
     let lever = shin.centre_m.coords - knee.translation.vector;
     let lever_m = (lever - axis * axis.dot(&lever)).norm();
     let about_knee = axis.dot(&(shin.tensor_kg_m2 * axis)) + shin.mass_kg * lever_m * lever_m;
-    let small_s = core::f64::consts::TAU * (about_knee / (shin.mass_kg * 9.81 * lever_m)).sqrt();
+    let small_s =
+        core::f64::consts::TAU * (about_knee / (shin.mass_kg * SIMULATED_GRAVITY_M_S2 * lever_m)).sqrt();
     let (mut a, mut g) = (1.0, (amplitude_rad / 2.0).cos());
     for _ in 0..8 {
         (a, g) = ((a + g) / 2.0, (a * g).sqrt());
@@ -68,8 +71,8 @@ fn exact_s(robot: &Robot, amplitude_rad: f64) -> f64 {
 fn a_limp_shin_swings_with_the_period_of_a_physical_pendulum() {
     let robot = limp_ant();
     // By hand: a rod of 20 g and 0.23 m, hung 0.115 m above its middle.
-    let rod_s =
-        core::f64::consts::TAU * ((0.0529 / 12.0 + 0.000_012 + 0.013_225) / (9.81 * 0.115_f64)).sqrt();
+    let rod_s = core::f64::consts::TAU
+        * ((0.0529 / 12.0 + 0.000_012 + 0.013_225) / (SIMULATED_GRAVITY_M_S2 * 0.115_f64)).sqrt();
     assert!((exact_s(&robot, 0.0) / rod_s - 1.0).abs() < 1e-4, "{} s", exact_s(&robot, 0.0));
 
     for amplitude_deg in [3.0_f64, 60.0, 120.0] {

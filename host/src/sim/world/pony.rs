@@ -15,12 +15,12 @@ fn it_stands_as_drawn_and_stays_there() {
     // Thigh and shin of 0.1 m slope by 60 degrees, the foot's ball stands upright.
     assert!((drawn_m - (0.75_f64.sqrt() * 0.19 + 0.01)).abs() < 1e-5, "{drawn_m} m");
     for _ in 0..480 {
-        world.step(&[Some(0.0); 8]);
+        world.step(&[Some(0.0); JOINT_COUNT]);
     }
     let settled = world.torso();
 
     for _ in 0..2400 {
-        world.step(&[Some(0.0); 8]);
+        world.step(&[Some(0.0); JOINT_COUNT]);
     }
 
     let later = world.torso();
@@ -28,7 +28,7 @@ fn it_stands_as_drawn_and_stays_there() {
         let moved_m = (later.position_m[axis] - settled.position_m[axis]).abs();
         assert!(moved_m < 0.001, "axis {axis} moved {moved_m} m");
     }
-    assert_eq!(world.foot_contacts(), [true; 4]);
+    assert_eq!(world.foot_contacts(), [true; LEG_COUNT]);
     assert!(!world.body_touches_ground());
     // Its servos sag under it, but not far.
     assert!((0.0..0.01).contains(&(drawn_m - later.position_m[2])), "{} m", later.position_m[2]);
@@ -39,8 +39,8 @@ fn a_joint_stops_where_its_own_range_ends_although_its_servo_goes_on() {
     let robot = pony();
     let mut world = World::new(&robot);
     // In the air, so that nothing else stops it.
-    world.reset(&[0.0; 8], &Start { drop_m: 5.0, ..Start::default() });
-    let mut asked = [Some(0.0); 8];
+    world.reset(&[0.0; JOINT_COUNT], &Start { drop_m: 5.0, ..Start::default() });
+    let mut asked = [Some(0.0); JOINT_COUNT];
     (asked[4], asked[5]) = (Some(1.5), Some(-1.5));
 
     for _ in 0..200 {
@@ -77,7 +77,7 @@ fn it_trots_forwards() {
         let phase = core::f64::consts::TAU * t / 0.6;
         core::array::from_fn(|j| {
             let leg_phase = phase + core::f64::consts::PI * (j % 2) as f64;
-            if j < 4 { 0.25 * leg_phase.sin() } else { 0.4 * (-leg_phase.cos()).max(0.0) }
+            if j < LEG_COUNT { 0.25 * leg_phase.sin() } else { 0.4 * (-leg_phase.cos()).max(0.0) }
         })
     };
 

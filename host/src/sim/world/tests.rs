@@ -1,24 +1,25 @@
 //! The world stands, falls, repeats itself and obeys its servos.
 
 use super::*;
+use crate::robot::LegScale;
 use crate::sim::Perturbation;
 
 fn ant() -> Robot {
-    Robot::ant(1.0).expect("1.0 is a leg scale")
+    Robot::ant(LegScale::LONG).expect("the Ant")
 }
 
-fn hold(world: &mut World, setpoints_rad: &[Option<f64>; 8], duration_s: f64) -> f64 {
+fn hold(world: &mut World, setpoints_rad: &[Option<f64>; JOINT_COUNT], duration_s: f64) -> f64 {
     let steps = (duration_s / World::STEP_S).round() as usize;
     (0..steps).map(|_| world.step(setpoints_rad).mechanical_power_w * World::STEP_S).sum()
 }
 
-const NEUTRAL: [Option<f64>; 8] = [Some(0.0); 8];
+const NEUTRAL: [Option<f64>; JOINT_COUNT] = [Some(0.0); JOINT_COUNT];
 
 /// A trot-like wave: hips swing, knees lift.
-fn wave(t: f64, hip_sign: f64) -> [Option<f64>; 8] {
+fn wave(t: f64, hip_sign: f64) -> [Option<f64>; JOINT_COUNT] {
     core::array::from_fn(|j| {
         let phase = core::f64::consts::TAU * t / 0.9 + core::f64::consts::PI * (j % 2) as f64;
-        Some(if j < 4 { hip_sign * 0.35 * phase.sin() } else { 0.3 * phase.cos() })
+        Some(if j < LEG_COUNT { hip_sign * 0.35 * phase.sin() } else { 0.3 * phase.cos() })
     })
 }
 
@@ -39,22 +40,22 @@ fn it_stands_without_creeping_or_sinking() {
     }
     assert!((later.yaw_rad() - settled.yaw_rad()).abs() < 0.005);
     assert!(energy_j < 0.01, "standing took {energy_j} J of work");
-    assert_eq!(world.foot_contacts(), [true; 4]);
+    assert_eq!(world.foot_contacts(), [true; LEG_COUNT]);
     assert!(!world.body_touches_ground());
 }
 
 #[test]
 fn the_same_calls_give_the_same_bits() {
-    let start = Start::drawn(&Perturbation::default(), 7);
+    let start = Start::sampled(&Perturbation::default(), 7);
     let run = |world: &mut World| {
-        world.reset(&[0.0; 8], &start);
+        world.reset(&[0.0; JOINT_COUNT], &start);
         let energy_j: f64 =
             (0..960).map(|i| world.step(&wave(f64::from(i) / 240.0, 1.0)).servo_power_w).sum();
         (world.torso(), world.joint_angles_rad(), energy_j.to_bits())
     };
     let mut fresh = World::new(&ant());
     let mut used = World::new(&ant());
-    hold(&mut used, &[None; 8], 0.7);
+    hold(&mut used, &[None; JOINT_COUNT], 0.7);
 
     assert_eq!(run(&mut fresh), run(&mut used));
 }
@@ -84,18 +85,18 @@ fn a_setpoint_step_is_followed_no_faster_than_the_servo_turns() {
 fn a_limp_robot_collapses_and_draws_nothing() {
     let mut world = World::new(&ant());
 
-    let energy_j = hold(&mut world, &[None; 8], 8.0);
+    let energy_j = hold(&mut world, &[None; JOINT_COUNT], 8.0);
 
     assert!(world.torso().position_m[2] < 0.05, "torso at {} m", world.torso().position_m[2]);
     assert!(world.body_touches_ground());
     assert_eq!(energy_j, 0.0);
-    assert_eq!(world.step(&[None; 8]).servo_power_w, 0.0);
+    assert_eq!(world.step(&[None; JOINT_COUNT]).servo_power_w, 0.0);
 }
 
 #[test]
 fn a_setpoint_that_is_no_number_moves_nothing() {
     let mut world = World::new(&ant());
-    hold(&mut world, &[Some(f64::NAN); 8], 1.0);
+    hold(&mut world, &[Some(f64::NAN); JOINT_COUNT], 1.0);
 
     assert!(world.torso().position_m[2] > 0.1);
     assert!(world.joint_angles_rad().iter().all(|angle| angle.abs() < 0.2));
@@ -149,7 +150,7 @@ fn a_range_in_the_drawing_stops_a_joint_before_its_servo() {
 }
 
 /// What the servos are after, a row a step, when all joints are asked to go somewhere.
-fn setpoints_with_delay(delay_s: f64, substeps: u32) -> Vec<[f64; 8]> {
+fn setpoints_with_delay(delay_s: f64, substeps: u32) -> Vec<[f64; JOINT_COUNT]> {
     let mut robot = ant();
     robot.servo.delay_s = delay_s;
     // Else a servo's speed depends on what all draw.
@@ -171,8 +172,12 @@ fn a_servo_acts_on_a_pulse_its_delay_later_to_the_step() {
             let late = setpoints_with_delay(f64::from(delay_steps as u32) * World::STEP_S, substeps);
 
             // It holds what it held, then does the same, later.
-            assert!(late[..delay_steps].iter().all(|row| *row == [0.0; 8]), "{:?}", &late[..delay_steps]);
-            assert!(prompt[0] != [0.0; 8]);
+            assert!(
+                late[..delay_steps].iter().all(|row| *row == [0.0; JOINT_COUNT]),
+                "{:?}",
+                &late[..delay_steps]
+            );
+            assert!(prompt[0] != [0.0; JOINT_COUNT]);
             assert_eq!(late[delay_steps..], prompt[..100 - delay_steps]);
         }
     }
@@ -186,10 +191,10 @@ fn pulses_that_end_are_missed_a_delay_later() {
     hold(&mut world, &NEUTRAL, 6.0);
     let stood_m = world.torso().position_m[2];
 
-    hold(&mut world, &[None; 8], 0.1);
+    hold(&mut world, &[None; JOINT_COUNT], 0.1);
     assert!((world.torso().position_m[2] - stood_m).abs() < 1e-4);
 
-    hold(&mut world, &[None; 8], 1.0);
+    hold(&mut world, &[None; JOINT_COUNT], 1.0);
     assert!(world.torso().position_m[2] < stood_m - 0.01);
 }
 
@@ -234,16 +239,16 @@ fn azimuth_rad(world: &World) -> f64 {
 
 #[test]
 fn neutral_stands_as_high_as_the_shins_slope_says() {
-    for leg_scale in [1.0, 0.6] {
+    for leg_scale in [LegScale::LONG, LegScale::SHORT] {
         let robot = Robot::ant(leg_scale).expect("a leg scale");
         let world = World::new(&robot);
 
         let (radius_m, slope) = (robot.geometry.foot_radius_m, robot.geometry.shin_below_horizontal_deg);
         // The drawn shin is 0.23 m long, foot included.
-        let expected_m = radius_m + (0.23 * leg_scale - radius_m) * slope.to_radians().sin();
+        let expected_m = radius_m + (0.23 * leg_scale.value() - radius_m) * slope.to_radians().sin();
 
         assert!((world.torso().position_m[2] - expected_m).abs() < 1e-6);
-        assert_eq!(world.foot_contacts(), [true; 4]);
+        assert_eq!(world.foot_contacts(), [true; LEG_COUNT]);
     }
 }
 

@@ -2,8 +2,11 @@
 
 use super::*;
 
+/// A0 high.
+const ADDRESS: u8 = 0x41;
+
 fn write(chip: &mut Ina219, at_s: f64, register: u8, value: u16) {
-    assert!(chip.select(INA219_ADDRESS, false, at_s));
+    assert!(chip.select(ADDRESS, false, at_s));
     let [high, low] = value.to_be_bytes();
     for byte in [register, high, low] {
         chip.write(byte, at_s);
@@ -12,9 +15,9 @@ fn write(chip: &mut Ina219, at_s: f64, register: u8, value: u16) {
 }
 
 fn read(chip: &mut Ina219, at_s: f64, register: u8) -> u16 {
-    chip.select(INA219_ADDRESS, false, at_s);
+    chip.select(ADDRESS, false, at_s);
     chip.write(register, at_s);
-    chip.select(INA219_ADDRESS, true, at_s);
+    chip.select(ADDRESS, true, at_s);
     let word = [chip.read(at_s), chip.read(at_s)];
     chip.stop(at_s);
     u16::from_be_bytes(word)
@@ -22,7 +25,7 @@ fn read(chip: &mut Ina219, at_s: f64, register: u8) -> u16 {
 
 #[test]
 fn configuration_after_power_on_after_reset_and_after_a_brown_out_is_the_data_sheets() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     assert_eq!(read(&mut chip, 0.0, CONFIGURATION), 0x399F);
 
     write(&mut chip, 0.0, CONFIGURATION, 0x1DDF);
@@ -39,7 +42,7 @@ fn configuration_after_power_on_after_reset_and_after_a_brown_out_is_the_data_sh
 
 #[test]
 fn registers_after_power_on_are_the_data_sheets_and_results_cannot_be_written() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     for register in [SHUNT, BUS, POWER, CURRENT] {
         write(&mut chip, 0.0, register, 0x1234);
     }
@@ -51,7 +54,7 @@ fn registers_after_power_on_are_the_data_sheets_and_results_cannot_be_written() 
 
 #[test]
 fn a_general_call_resets_it_like_the_reset_bit() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     write(&mut chip, 0.0, CONFIGURATION, 0x1DDF);
     assert!(!chip.select(0, true, 0.0));
 
@@ -66,14 +69,14 @@ fn a_general_call_resets_it_like_the_reset_bit() {
 
 #[test]
 fn half_a_word_writes_nothing_and_the_pointer_stays_for_the_next_read() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     write(&mut chip, 0.0, CALIBRATION, 0x1234);
 
-    chip.select(INA219_ADDRESS, false, 0.0);
+    chip.select(ADDRESS, false, 0.0);
     chip.write(CALIBRATION, 0.0);
     chip.write(0xFF, 0.0);
     chip.stop(0.0);
-    chip.select(INA219_ADDRESS, true, 0.0);
+    chip.select(ADDRESS, true, 0.0);
 
     assert_eq!([chip.read(0.0), chip.read(0.0)], [0x12, 0x34]);
 }
@@ -89,7 +92,7 @@ fn each_setting_takes_its_conversion_time_on_either_input() {
     for (setting, us) in (0_u16..).zip(CONVERSION_US) {
         // The input under test continuously, then both, the other at 9 bits.
         for (mode, other_us) in [(5, 0.0), (6, 0.0), (7, 84.0)] {
-            let mut chip = Ina219::new();
+            let mut chip = Ina219::new(ADDRESS);
             let settings = if mode == 6 { setting << 7 } else { setting << 3 };
             write(&mut chip, 0.0, CONFIGURATION, 0x3800 | settings | mode);
 
@@ -104,7 +107,7 @@ fn each_setting_takes_its_conversion_time_on_either_input() {
 
 #[test]
 fn a_slow_chip_takes_a_tenth_longer() {
-    let mut chip = Ina219::with_pace(1.1);
+    let mut chip = Ina219::with_pace(ADDRESS, 1.1);
     write(&mut chip, 0.0, CONFIGURATION, 0x3800 | 0x80 | 0x08 | 7);
 
     assert_eq!(read(&mut chip, 325e-6, BUS) & CONVERSION_READY, 0);
@@ -113,7 +116,7 @@ fn a_slow_chip_takes_a_tenth_longer() {
 
 #[test]
 fn voltages_are_rounded_to_their_lsbs() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
 
     chip.set_inputs(0.012_346, 5.998_5, 0.0);
 
@@ -124,7 +127,7 @@ fn voltages_are_rounded_to_their_lsbs() {
 
 #[test]
 fn negative_shunt_voltages_are_twos_complement() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
 
     chip.set_inputs(-0.001, 6.0, 0.0);
 
@@ -134,7 +137,7 @@ fn negative_shunt_voltages_are_twos_complement() {
 #[test]
 fn each_gain_saturates_at_its_own_range() {
     for (gain, full_scale) in [(0, 4000), (1, 8000), (2, 16_000), (3, 32_000)] {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         write(&mut chip, 0.0, CONFIGURATION, 0x2000 | gain << 11 | 0x019F);
 
         chip.set_inputs(1.0, 40.0, 0.0);
@@ -149,7 +152,7 @@ fn the_bus_register_holds_its_value_in_its_upper_13_bits_and_ends_at_16_or_32_v(
     for (range, volts, counts) in
         [(0, 15.9, 3975), (0, 17.0, 4000), (0x2000, 17.0, 4250), (0x2000, 33.0, 8000)]
     {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         write(&mut chip, 0.0, CONFIGURATION, range | 0x199F);
 
         chip.set_inputs(0.0, volts, 0.0);
@@ -162,7 +165,7 @@ fn the_bus_register_holds_its_value_in_its_upper_13_bits_and_ends_at_16_or_32_v(
 /// 148 us of bus, for ever.
 #[test]
 fn at_10_bits_results_are_means_of_148_us_and_change_at_the_ends_of_their_own_conversions() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     write(&mut chip, 0.0, CONFIGURATION, 0x1800 | 0x80 | 0x08 | 7);
     let us = |us: f64| us * 1e-6;
 
@@ -184,7 +187,7 @@ fn at_10_bits_results_are_means_of_148_us_and_change_at_the_ends_of_their_own_co
 
 #[test]
 fn a_conversion_is_the_mean_of_its_own_window_and_shunt_and_bus_take_turns() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     // 8 and 8 samples: shunt 0 to 4.26 ms, bus to 8.52 ms, shunt again.
     write(&mut chip, 0.0, CONFIGURATION, 0x3DDF);
     chip.set_inputs(0.010, 6.0, 0.0);
@@ -199,7 +202,7 @@ fn a_conversion_is_the_mean_of_its_own_window_and_shunt_and_bus_take_turns() {
 
 #[test]
 fn ready_is_cleared_by_reading_power_and_by_a_new_mode() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     assert_eq!(read(&mut chip, 0.0, BUS) & CONVERSION_READY, 0);
     assert_ne!(read(&mut chip, 1.1e-3, BUS) & CONVERSION_READY, 0);
     assert_ne!(read(&mut chip, 1.1e-3, BUS) & CONVERSION_READY, 0, "reading the bus leaves it");
@@ -214,7 +217,7 @@ fn ready_is_cleared_by_reading_power_and_by_a_new_mode() {
 
 #[test]
 fn a_triggered_conversion_runs_once() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     chip.set_inputs(0.010, 6.0, 0.0);
     write(&mut chip, 0.0, CONFIGURATION, 0x399B);
     assert_eq!(read(&mut chip, 0.01, SHUNT), 1000);
@@ -229,7 +232,7 @@ fn a_triggered_conversion_runs_once() {
 #[test]
 fn a_single_input_leaves_the_other_ones_result() {
     for (mode, shunt, bus) in [(1, 2000, 1500), (5, 2000, 1500), (2, 1000, 1250), (6, 1000, 1250)] {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         chip.set_inputs(0.010, 6.0, 0.0);
         read(&mut chip, 0.01, SHUNT);
 
@@ -243,7 +246,7 @@ fn a_single_input_leaves_the_other_ones_result() {
 
 #[test]
 fn a_write_of_the_configuration_ends_the_conversion_under_way() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     chip.set_inputs(0.010, 6.0, 0.0);
     write(&mut chip, 0.5e-3, CONFIGURATION, DEFAULT_CONFIGURATION);
 
@@ -254,7 +257,7 @@ fn a_write_of_the_configuration_ends_the_conversion_under_way() {
 #[test]
 fn out_of_power_down_the_first_conversion_begins_40_us_later() {
     for (before, us) in [(0x3998, 40.0), (0x399C, 0.0)] {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         write(&mut chip, 0.0, CONFIGURATION, before);
         chip.set_inputs(0.010, 6.0, 0.0);
 
@@ -269,7 +272,7 @@ fn out_of_power_down_the_first_conversion_begins_40_us_later() {
 #[test]
 fn power_down_and_adc_off_leave_the_ready_flag() {
     for mode in [0x3998, 0x399C] {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         read(&mut chip, 1.1e-3, BUS);
 
         write(&mut chip, 1.1e-3, CONFIGURATION, mode);
@@ -280,7 +283,7 @@ fn power_down_and_adc_off_leave_the_ready_flag() {
 
 #[test]
 fn power_down_keeps_the_last_results() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     chip.set_inputs(0.010, 6.0, 0.0);
     assert_eq!(read(&mut chip, 0.01, SHUNT), 1000);
 
@@ -292,7 +295,7 @@ fn power_down_keeps_the_last_results() {
 
 #[test]
 fn current_and_power_follow_the_calibration() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     assert_eq!(read(&mut chip, 0.01, CURRENT), 0, "zero until calibrated");
     // 100 uA a unit at 0.1 ohm: 0.04096 / (100 uA * 0.1 ohm) = 4096.
     write(&mut chip, 0.01, CALIBRATION, 4097);
@@ -306,7 +309,7 @@ fn current_and_power_follow_the_calibration() {
 
 #[test]
 fn a_result_that_does_not_fit_raises_the_overflow_flag() {
-    let mut chip = Ina219::new();
+    let mut chip = Ina219::new(ADDRESS);
     write(&mut chip, 0.0, CALIBRATION, 0xFFFE);
 
     chip.set_inputs(0.3, 12.0, 0.0);
@@ -320,7 +323,7 @@ fn a_result_that_does_not_fit_raises_the_overflow_flag() {
 fn each_bit_less_doubles_the_unit() {
     // 12.346 mV are 1234.6 units of 10 uV; 5.9985 V are 1499.6 of 4 mV.
     for (setting, shunt, bus) in [(0, 1232, 1496), (1, 1236, 1500), (2, 1234, 1500), (3, 1235, 1500)] {
-        let mut chip = Ina219::new();
+        let mut chip = Ina219::new(ADDRESS);
         write(&mut chip, 0.0, CONFIGURATION, 0x3807 | setting << 7 | setting << 3);
 
         chip.set_inputs(0.012_346, 5.998_5, 0.0);

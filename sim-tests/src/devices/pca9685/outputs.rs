@@ -1,7 +1,7 @@
 //! The PCA9685's sixteen outputs: registers, counters, pulses.
 //!
-//! Owns the PWM registers, what the outputs follow of them, the counters, and
-//! the pulses on the pins. Refuses to know the bus and the mode registers but
+//! Holds the PWM registers, what the outputs follow of them, the counters, and
+//! the pulses on the pins. Does not depend on the bus, nor on the mode registers but
 //! for the bits that shape a pulse.
 
 /// Channels of the chip.
@@ -39,7 +39,6 @@ struct Counters {
     end_s: Option<f64>,
 }
 
-/// All outputs.
 #[derive(Debug)]
 pub(super) struct Outputs {
     leds: [Led; CHANNEL_COUNT],

@@ -3,6 +3,8 @@
 use super::outputs::Led;
 use super::*;
 
+/// All address pins low.
+const ADDRESS: u8 = 0x40;
 const LED0: [u8; 5] = [LED0_ON_L, 0, 0, 0x4A, 0x01];
 const CYCLE_S: f64 = 4096.0 * 102.0 / 25.0e6;
 
@@ -13,16 +15,16 @@ fn write(chip: &mut Pca9685, at_s: f64, bytes: &[u8]) {
 
 /// Without the STOP.
 fn write_all(chip: &mut Pca9685, at_s: f64, bytes: &[u8]) {
-    assert!(chip.select(PCA9685_ADDRESS, false, at_s));
+    assert!(chip.select(ADDRESS, false, at_s));
     for &byte in bytes {
         assert!(chip.write(byte, at_s));
     }
 }
 
 fn read_at(chip: &mut Pca9685, at_s: f64, register: u8, len: usize) -> Vec<u8> {
-    assert!(chip.select(PCA9685_ADDRESS, false, at_s));
+    assert!(chip.select(ADDRESS, false, at_s));
     chip.write(register, at_s);
-    assert!(chip.select(PCA9685_ADDRESS, true, at_s));
+    assert!(chip.select(ADDRESS, true, at_s));
     let bytes = (0..len).map(|_| chip.read(at_s)).collect();
     chip.stop(at_s);
     bytes
@@ -34,7 +36,7 @@ fn read(chip: &mut Pca9685, register: u8, len: usize) -> Vec<u8> {
 
 /// Awake at 60 Hz with auto-increment.
 fn awake() -> Pca9685 {
-    let mut chip = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    let mut chip = Pca9685::new(ADDRESS);
     write(&mut chip, 0.0, &[PRE_SCALE, 101]);
     write(&mut chip, 0.0, &[MODE1, AUTO_INCREMENT]);
     chip
@@ -56,7 +58,7 @@ fn asleep() -> Pca9685 {
 
 #[test]
 fn registers_after_power_on_are_the_data_sheets() {
-    let mut chip = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    let mut chip = Pca9685::new(ADDRESS);
 
     assert_eq!(read(&mut chip, MODE1, 1), [0x11]);
     assert_eq!(read(&mut chip, MODE2, 1), [0x04]);
@@ -71,7 +73,7 @@ fn registers_after_power_on_are_the_data_sheets() {
 
 #[test]
 fn without_auto_increment_every_byte_goes_to_and_comes_from_the_same_register() {
-    let mut chip = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    let mut chip = Pca9685::new(ADDRESS);
 
     write(&mut chip, 0.0, &[LED0_ON_L, 1, 2, 3]);
 
@@ -90,10 +92,10 @@ fn auto_increment_wraps_from_the_last_channel_and_from_the_prescaler_to_mode1() 
 #[test]
 fn a_read_without_a_pointer_of_its_own_goes_on_where_the_last_one_pointed() {
     let mut chip = awake();
-    assert!(chip.select(PCA9685_ADDRESS, false, 0.0) && chip.write(MODE2, 0.0));
+    assert!(chip.select(ADDRESS, false, 0.0) && chip.write(MODE2, 0.0));
     chip.stop(0.0);
 
-    assert!(chip.select(PCA9685_ADDRESS, true, 0.0));
+    assert!(chip.select(ADDRESS, true, 0.0));
 
     assert_eq!([chip.read(0.0), chip.read(0.0)], [0x04, 0xE2]);
 }
@@ -102,7 +104,7 @@ fn a_read_without_a_pointer_of_its_own_goes_on_where_the_last_one_pointed() {
 fn reserved_registers_and_the_test_mode_are_not_acknowledged() {
     for register in [0x46, 0xF9, 0xFF] {
         let mut chip = awake();
-        assert!(chip.select(PCA9685_ADDRESS, false, 0.0));
+        assert!(chip.select(ADDRESS, false, 0.0));
 
         assert!(!chip.write(register, 0.0), "{register:#x}");
         assert_eq!(chip.misuses(), [Misuse::Reserved(register)]);
@@ -126,7 +128,7 @@ fn the_prescaler_is_written_only_asleep_and_never_below_three() {
 #[test]
 fn prescaler_101_gives_59_8_hertz_and_the_oscillators_error_shows_in_every_pulse() {
     let [slow, fast] = OSCILLATOR_SPREAD_HZ.map(|oscillator_hz| {
-        let mut chip = Pca9685 { prescale: 101, ..Pca9685::new(oscillator_hz) };
+        let mut chip = Pca9685 { prescale: 101, ..Pca9685::new(ADDRESS).with_oscillator(oscillator_hz) };
         write(&mut chip, 0.0, &[MODE1, AUTO_INCREMENT]);
         write(&mut chip, 0.01, &LED0);
         chip
@@ -316,7 +318,7 @@ fn sleeping_with_every_channel_off_leaves_nothing_to_restart() {
 
 #[test]
 fn pulses_asked_for_while_the_oscillator_starts_are_noted() {
-    let mut chip = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    let mut chip = Pca9685::new(ADDRESS);
     write(&mut chip, 0.1, &[MODE1, AUTO_INCREMENT]);
 
     write(&mut chip, 0.100_4, &LED0);
@@ -344,7 +346,7 @@ fn the_external_clock_is_chosen_asleep_only_and_for_good() {
 
 #[test]
 fn allcall_is_answered_both_ways_until_it_is_switched_off_and_subaddresses_once_on() {
-    let mut chip = Pca9685::new(NOMINAL_OSCILLATOR_HZ);
+    let mut chip = Pca9685::new(ADDRESS);
     assert!(chip.select(0x70, false, 0.0) && chip.select(0x70, true, 0.0));
     assert!([0x71, 0x72, 0x74].iter().all(|&address| !chip.select(address, false, 0.0)));
 

@@ -2,14 +2,14 @@
 //!
 //! A transfer runs from the request of its START to the end of the unit's
 //! business: a STOP, or the unit switched off. What the program then does with
-//! the lines by hand, to free the bus, belongs to the transfer before.
+//! the lines by hand, to free the bus, belongs to the transfer before. Does not
+//! depend on the chips.
 
 use super::Step;
 
 /// PC4 and PC5, SDA and SCL.
 const LINES: u8 = 0x30;
 
-/// One transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transfer {
     /// When its START was asked for.

@@ -4,14 +4,13 @@
 //! itself, to the end of its `reti`. Interrupts are off from the end of the
 //! instruction that cleared SREG's I, or from a handler's entry, to the end of
 //! the instruction that set it again. A received byte waits from its last bit
-//! to the program's reading of it.
+//! to the program's reading of it. Does not depend on what a handler does.
 
 use super::Step;
 
 /// A stretch of time, and where it began.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stretch {
-    /// How long.
     pub cycles: u64,
     /// The program address at which it began, in bytes; a handler's own vector.
     pub pc: u32,
@@ -19,16 +18,13 @@ pub struct Stretch {
     pub at: u64,
 }
 
-/// One handler's record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Handler {
     /// Vector number, 1 is the first after reset.
     pub vector: u8,
-    /// How often it ran.
     pub count: u64,
     /// Cycles of all its runs.
     pub cycles: u64,
-    /// Its longest run.
     pub longest: Stretch,
 }
 

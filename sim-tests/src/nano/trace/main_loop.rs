@@ -2,10 +2,10 @@
 //!
 //! A pass is idle if it changed nothing: static memory and the loop's own
 //! stack frame were afterwards what they were before. Interrupts change memory
-//! too, so that is judged on passes that none fell into, and carries over to
+//! too, so that is decided on passes that none fell into, and carries over to
 //! every pass that took the same way through the program. A way that was ever
-//! seen to change something is no idle one. What a pass spends waiting for the
-//! bus in a loop of its own is a way of its own too, and ends in a change.
+//! seen to change something is not idle. Waiting for the bus in a loop is a different
+//! way, and ends in a change. Does not depend on what the program does.
 
 use super::Step;
 use std::collections::HashMap;

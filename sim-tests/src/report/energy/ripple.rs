@@ -1,7 +1,8 @@
 //! A power that pulses within each PWM frame and swings with the gait.
 //!
 //! A servo's motor is driven right after each of its pulses, the longer the
-//! farther it is from where it should be; all pulses begin with the PWM frame.
+//! farther it is from where it should be; all pulses begin with the PWM frame. Does
+//! not depend on the body.
 
 use std::f64::consts::TAU;
 
@@ -54,7 +55,6 @@ impl Shape {
         }
     }
 
-    /// For the report.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -66,10 +66,8 @@ impl Shape {
     }
 }
 
-/// One load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ripple {
-    /// Mean power.
     pub mean_w: f64,
     /// Within a PWM frame.
     pub shape: Shape,
@@ -78,7 +76,6 @@ pub struct Ripple {
 }
 
 impl Ripple {
-    /// A load.
     #[must_use]
     pub fn new(mean_w: f64, shape: Shape, pwm_hz: f64) -> Self {
         Self { mean_w, shape, pwm_hz }
@@ -92,7 +89,6 @@ impl Ripple {
         self.floor_w() + (self.mean_w - self.floor_w()) * swing * self.shape.value(phase)
     }
 
-    /// The largest power.
     #[must_use]
     pub fn peak_w(&self) -> f64 {
         self.floor_w() + (self.mean_w - self.floor_w()) * (1.0 + SWING) * self.shape.value(0.0)

@@ -1,8 +1,8 @@
-//! What other settings of the sensor would make of the same loads.
+//! What other settings of the INA219 would measure of the same loads.
 //!
-//! Each scheme drives the model of the INA219 alone, without firmware, and
-//! reads it on a schedule of its own. A reading that falls into the servo burst
-//! waits for its end. What makes the difference:
+//! Holds the settings and the schedule of each scheme. Does not depend on the
+//! firmware: each scheme drives the model of the INA219 alone. A reading that falls
+//! into the servo burst waits for its end. What makes the difference:
 //! - How much of a PWM frame a reading covers. Eight samples of either input
 //!   take 4.3 ms, so one reading a frame sees a quarter of the current.
 //! - Whether PWM and readings beat: at 60.00 Hz of PWM they do not.
@@ -10,9 +10,9 @@
 //!   product of two long means is not the mean of the products.
 //! - The shunt's own loss lies before the bus input.
 
-use crate::devices::{Device, INA219_ADDRESS, Ina219};
+use crate::devices::ina219::Ina219;
+use crate::devices::{Chip, Device, SHUNT_OHM};
 use crate::electric::{Supply, SupplyParameters};
-use crate::virtual_robot::SHUNT_OHM;
 
 use super::ripple::Ripple;
 
@@ -43,7 +43,6 @@ enum Reading {
 /// Settings of the sensor and a schedule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scheme {
-    /// For the report.
     pub name: &'static str,
     /// The 4-bit settings of shunt and bus (table 5 of the data sheet).
     settings: (u16, u16),
@@ -58,7 +57,6 @@ const fn scheme(name: &'static str, settings: (u16, u16), reading: Reading, adds
     Scheme { name, settings, reading, adds_shunt, pace: 1.0 }
 }
 
-/// What is compared.
 pub const SCHEMES: [Scheme; 9] = [
     scheme("8 samples, once a frame", (0xB, 0xB), Reading::Even(1), false),
     scheme("8 samples, once a frame, shunt's loss added", (0xB, 0xB), Reading::Even(1), true),
@@ -84,7 +82,6 @@ pub const SCHEMES: [Scheme; 9] = [
 /// How a scheme fared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SchemeResult {
-    /// Which.
     pub scheme: Scheme,
     /// The load on which it is farthest off.
     pub worst: Option<Ripple>,
@@ -134,7 +131,7 @@ impl Scheme {
         /// Filters and schedule settle first.
         const BEGIN_S: f64 = 30.0 * FRAME_S;
         let Ok(mut supply) = Supply::new(BENCH_SUPPLY) else { return f64::NAN };
-        let mut chip = Ina219::with_pace(self.pace);
+        let mut chip = Ina219::with_pace(Chip::PowerSensor.address(), self.pace);
         write(&mut chip, 0, BASE | self.settings.1 << 7 | self.settings.0 << 3);
 
         let mut began: Option<(f64, f64)> = None;
@@ -204,7 +201,7 @@ impl Scheme {
 
 fn write(chip: &mut Ina219, register: u8, value: u16) {
     let [high, low] = value.to_be_bytes();
-    chip.select(INA219_ADDRESS, false, 0.0);
+    chip.select(Chip::PowerSensor.address(), false, 0.0);
     for byte in [register, high, low] {
         chip.write(byte, 0.0);
     }
@@ -214,9 +211,9 @@ fn write(chip: &mut Ina219, register: u8, value: u16) {
 /// The last conversions; reading the power register clears their mark.
 fn read(chip: &mut Ina219, now_s: f64) -> Pair {
     let mut word = |register: u8| {
-        chip.select(INA219_ADDRESS, false, now_s);
+        chip.select(Chip::PowerSensor.address(), false, now_s);
         chip.write(register, now_s);
-        chip.select(INA219_ADDRESS, true, now_s);
+        chip.select(Chip::PowerSensor.address(), true, now_s);
         let word = u16::from_be_bytes([chip.read(now_s), chip.read(now_s)]);
         chip.stop(now_s);
         word

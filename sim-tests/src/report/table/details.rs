@@ -1,4 +1,4 @@
-//! What stands behind the figures, in plain sentences.
+//! What is behind the figures, in sentences.
 
 use super::figures::WATCHDOG_SPREAD;
 use super::{Measured, all_interrupts};
@@ -81,7 +81,7 @@ pub(super) fn of(measured: &Measured) -> Vec<String> {
     ));
     for cost in &faults.costs {
         let told =
-            cost.told_ms.map_or(String::new(), |ms| format!("; a lasting one is told after {ms:.0} ms"));
+            cost.told_ms.map_or(String::new(), |ms| format!("; a lasting one is reported after {ms:.0} ms"));
         lines.push(format!(
             "{} at {} moments: transfer up to {:.2} ms, main loop's pass up to {:.2} ms{told}",
             cost.fault.name(),

@@ -1,14 +1,15 @@
 //! The board's side of the two-wire bus, on the chips of [`crate::devices`].
 //!
-//! Owns how long a transfer takes and how it fails, and the readings that the
-//! board takes by itself. Refuses overlap: a transaction waits for the burst, as
-//! on the real board, and a reading that falls into one is left out.
+//! Holds how long a transfer takes and how it fails, and the readings that the
+//! board takes by itself. Transfers never overlap: a transaction waits for the burst,
+//! as on the real board, and a reading that falls into one is left out. Does not
+//! depend on the chips' registers but for the two of a reading.
 
 use super::{BUS_BYTE_NS, BUS_TIMEOUT_NS, NS_PER_S, SimBoard};
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
-use firmware::hal::{BurstState, Bus, Reading};
-use firmware::power::{self, READINGS_PER_FRAME};
-use firmware::servos::ServoBurst;
+use firmware::chips::{PowerSensor, Reading, SensorChip, ServoBurst};
+use firmware::hal::{BurstState, PowerReadings, ServoOutput};
+use firmware::power::READINGS_PER_FRAME;
 use protocol::FRAME_RATE_HZ;
 
 /// A transfer ended early.
@@ -16,7 +17,6 @@ use protocol::FRAME_RATE_HZ;
 pub enum SimBusError {
     /// No chip took the byte.
     NoAcknowledge,
-    /// The bus is stuck.
     Timeout,
 }
 
@@ -103,13 +103,13 @@ impl SimBoard {
             let mut words = [[0; 2]; 2];
             let mut read = |register: u8, word: &mut [u8; 2]| {
                 let operations = &mut [Operation::Write(&[register]), Operation::Read(word)];
-                self.transfer(power::ADDRESS, operations).0
+                self.transfer(SensorChip::ADDRESS, operations).0
             };
-            let [bus, shunt] = &mut words;
-            if read(2, bus).and_then(|()| read(1, shunt)).is_ok() {
-                let [bus, shunt] = words;
-                self.readings
-                    .push_back(Reading { bus: u16::from_be_bytes(bus), shunt: i16::from_be_bytes(shunt) });
+            let [voltage, current] = &mut words;
+            let first = read(SensorChip::VOLTAGE_REGISTER, voltage);
+            if first.and_then(|()| read(SensorChip::CURRENT_REGISTER, current)).is_ok() {
+                let [voltage, current] = words.map(u16::from_be_bytes);
+                self.readings.push_back(Reading { voltage, current });
             }
         }
     }
@@ -132,7 +132,7 @@ impl I2c for SimBoard {
     }
 }
 
-impl Bus for SimBoard {
+impl ServoOutput for SimBoard {
     fn stage(&mut self, burst: &ServoBurst) {
         self.staged = *burst;
     }
@@ -144,16 +144,14 @@ impl Bus for SimBoard {
             (false, true) => BurstState::Failed,
         }
     }
+}
 
+impl PowerReadings for SimBoard {
     fn readings(&self) -> u8 {
         self.readings.len() as u8
     }
 
     fn take_reading(&mut self) -> Option<Reading> {
         self.readings.pop_front()
-    }
-
-    fn errors(&self) -> u16 {
-        self.bus_errors
     }
 }

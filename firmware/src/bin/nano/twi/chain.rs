@@ -1,6 +1,6 @@
-//! What the bus does by itself within a frame: the burst, then the readings.
+//! What interrupts do on the bus within a frame: the burst, then the readings.
 //!
-//! Owns the order and the deadlines. The frame timer starts the burst, one
+//! Holds the order and the deadlines. The frame clock starts the burst, one
 //! interrupt a byte carries it on. The second compare of timer 1 ticks from the
 //! burst's deadline on through the rest of the frame: a tick that finds a
 //! transfer still under way ends it, and then works the bus free, a step a
@@ -11,15 +11,16 @@
 //! that none of the frame counts more than the rest. The last one begins
 //! 0.65 ms before the next burst, and takes 0.4 ms.
 //!
-//! Everything here is the handlers', but for [`hand_over`].
+//! Everything here runs in interrupts, but for [`hand_over`]. Does not depend on
+//! the main loop's transfers: it only skips what finds the bus taken.
 
 mod handler;
 
 use avr_device::interrupt::CriticalSection;
 
+use firmware::chips::{PowerSensor, SensorChip, ServoChip, ServoDriver};
 use firmware::hal::BurstState;
-use firmware::power::{self, READINGS_PER_FRAME};
-use firmware::servos;
+use firmware::power::READINGS_PER_FRAME;
 
 use super::{
     ADDRESS_R_NACK, ADDRESS_W_NACK, BURST_LEN, BURST_TICKS, DATA_R_NACK, DATA_W_ACK, DATA_W_NACK, FRESH,
@@ -53,7 +54,7 @@ static STEP: Shared = Shared::new(free::BEGIN);
 /// A frame started while somebody else had the bus.
 static LATE: Shared = Shared::new(0);
 
-/// Starts the frame's burst; called by the frame timer.
+/// Starts the frame's burst; the frame interrupt calls it.
 #[inline(always)]
 pub fn start_burst(cs: CriticalSection<'_>) {
     let user = OWNER.get();
@@ -80,7 +81,7 @@ fn begin_burst() {
         FRONT.set(BURST_LEN - FRONT.get());
     }
     let front = FRONT.get();
-    ADDRESS.set(servos::ADDRESS << 1);
+    ADDRESS.set(ServoChip::ADDRESS << 1);
     AT.set(front);
     END.set(front + BURST_LEN);
 }
@@ -128,7 +129,7 @@ extern "avr-interrupt" fn step() {
             let next = at + 1;
             if next % READING_LEN != 0 {
                 AT.set(next);
-                ADDRESS.set(power::ADDRESS << 1);
+                ADDRESS.set(SensorChip::ADDRESS << 1);
                 request_start();
             } else {
                 send_stop();
@@ -188,7 +189,7 @@ fn tick(cs: CriticalSection<'_>, user: u8) {
     if tick & 1 == 0 && is_free && has_room {
         request_start();
         OWNER.set(owner::READING);
-        ADDRESS.set(power::ADDRESS << 1);
+        ADDRESS.set(SensorChip::ADDRESS << 1);
         AT.set(head);
     }
 }

@@ -1,9 +1,10 @@
 //! Unlocks a bus that a transfer left stuck.
 //!
-//! Owns the pins A4 and A5 while it does. A chip that lost its master in the
+//! Holds the pins A4 and A5 while it does. A chip that lost its master in the
 //! middle of a byte holds SDA until it has been clocked to the byte's end:
 //! nine clocks at most, then a STOP. Step by step, so that an interrupt never
 //! waits. A clock line that is held stays so; the steps end all the same.
+//! Does not depend on TWI, which has to be off.
 
 use avr_device::atmega328p::{PORTC, portc};
 

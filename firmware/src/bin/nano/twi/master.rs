@@ -3,9 +3,9 @@
 //! A write, a read, or a write and a read: the chips know no others, and the
 //! general sequence of `embedded-hal` takes half a kilobyte more.
 //!
-//! Owns the bus from claim to release, and frees it where a transfer left it
-//! stuck. Refuses to wait longer than the burst's deadline for the bus, and
-//! longer than its own for a chip.
+//! Holds the bus from claim to release, and frees it where a transfer left it
+//! stuck. Waits no longer than the burst's deadline for the bus, and no longer than
+//! its own for a chip. Does not depend on which chip it is.
 
 use avr_device::interrupt;
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, NoAcknowledgeSource, Operation};

@@ -1,4 +1,4 @@
-//! Names of a front's gaits: no two alike, whatever the speeds and the legs.
+//! Names of a front's gaits: all different, whatever the speeds and the legs.
 
 use protocol::Name;
 

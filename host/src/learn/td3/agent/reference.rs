@@ -142,7 +142,7 @@ fn two_updates_come_out_as_pytorchs() {
     for (number, update) in (1..).zip(&reference.updates) {
         let losses = agent.update_with(&update.batch.concat(), &update.normals.concat());
 
-        let target = agent.memory.target.clone();
+        let target = agent.scratch.target.clone();
         assert_update(number, update, losses, &target, &mut agent);
     }
 }
@@ -171,7 +171,7 @@ fn the_reference_meets_ends_clipped_noise_and_both_critics() {
     let layout = reference.agent().layout;
 
     for update in &reference.updates {
-        let ended = update.batch.iter().filter(|row| row[layout.continuation()] == 0.0).count();
+        let ended = update.batch.iter().filter(|row| row[layout.not_terminal()] == 0.0).count();
         assert!((1..6).contains(&ended) && update.clipped_noise > 0);
     }
     let second_smaller: usize = reference.updates.iter().map(|u| u.second_critic_smaller).sum();

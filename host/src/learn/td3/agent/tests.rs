@@ -11,7 +11,7 @@ fn agent() -> Agent {
     Agent::new(&config(), LAYOUT, 7)
 }
 
-/// Four rows: observation, action, reward, continuation, next observation.
+/// Four rows: observation, action, reward, not terminal, next observation.
 fn rows() -> Vec<f32> {
     let mut rows = Vec::new();
     for i in 0..4 {
@@ -41,8 +41,8 @@ fn answer(network: &Mlp, input: &[f32]) -> f32 {
 
 /// The critics' targets for [`rows`] with noise made of these normal numbers.
 fn target(agent: &mut Agent, normals: [f32; 4]) -> Vec<f32> {
-    agent.aim(&rows(), &normals);
-    agent.memory.target.clone()
+    agent.compute_targets(&rows(), &normals);
+    agent.scratch.target.clone()
 }
 
 #[test]
@@ -75,8 +75,8 @@ fn the_target_judges_the_smoothed_action_inside_its_range() {
 
     for (row, action) in [1.0, a - 0.5, a].into_iter().enumerate() {
         let x = row as f32 / 4.0;
-        let judged = [x + 0.1, 0.3 - x, action];
-        let values = agent.target_critics.each_ref().map(|critic| answer(critic, &judged));
+        let critic_input = [x + 0.1, 0.3 - x, action];
+        let values = agent.target_critics.each_ref().map(|critic| answer(critic, &critic_input));
         let want = 1.0 + x + 0.99 * values[0].min(values[1]);
         assert!((target[row] - want).abs() < 1e-5, "{target:?}");
     }
@@ -146,8 +146,8 @@ fn targets_move_the_share_tau_of_the_way() {
     agent.actor.parameters.fill(-1.0);
     agent.target_actor.parameters.fill(0.0);
 
-    agent.follow();
-    agent.follow();
+    agent.soft_update();
+    agent.soft_update();
 
     // 1 - (1 - 0.005)²
     for critic in &agent.target_critics {
@@ -160,7 +160,7 @@ fn targets_move_the_share_tau_of_the_way() {
 fn the_critics_descend_the_squared_error() {
     let mut agent = agent();
     let target = [0.3, -0.2, 1.0, 0.5];
-    agent.memory.target = target.to_vec();
+    agent.scratch.target = target.to_vec();
     let rows = rows();
     let errors = agent.critics.each_ref().map(|critic| {
         let error = |(row, target): (&[f32], f32)| answer(critic, &row[..3]) - target;
@@ -204,7 +204,7 @@ fn the_actor_climbs_the_first_critic() {
 fn what_the_second_critic_says_changes_no_derivative_but_its_own() {
     let derivatives = |change: f32| {
         let mut agent = agent();
-        agent.memory.target = vec![0.3, -0.2, 1.0, 0.5];
+        agent.scratch.target = vec![0.3, -0.2, 1.0, 0.5];
         agent.critics[1].parameters.iter_mut().for_each(|number| *number *= change);
         agent.update_actor(&rows());
         agent.update_critics(&rows());
@@ -218,7 +218,7 @@ fn what_the_second_critic_says_changes_no_derivative_but_its_own() {
     assert_ne!(as_it_was.2, changed.2);
 }
 
-/// A value that is no number must reach the losses, where the trainer looks for it.
+/// A value that is NaN must reach the losses, where the trainer looks for it.
 #[test]
 fn a_value_that_is_no_number_shows_in_the_losses() {
     for copy in 0..2 {

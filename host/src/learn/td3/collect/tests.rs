@@ -117,7 +117,7 @@ fn a_gathered_time_limit_keeps_its_value_and_a_gathered_fall_does_not() {
         .unwrap();
 
     let column = |at: usize| -> Vec<f32> { rows.chunks(LAYOUT.row_len()).map(|row| row[at]).collect() };
-    assert_eq!(column(LAYOUT.continuation()), [1.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+    assert_eq!(column(LAYOUT.not_terminal()), [1.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
     assert_eq!(column(LAYOUT.next_observation()), [1.0, 2.0, 1.0, 2.0, 1.0, 2.0]);
     assert_eq!(column(0), [0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
 }

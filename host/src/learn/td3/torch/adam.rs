@@ -1,7 +1,8 @@
 //! Adam over one tensor of parameters.
 //!
-//! Owns the two moments and the step count; written here because a resumed run
-//! needs them back bit for bit and libtorch's optimiser in tch hides them.
+//! Holds the two moments and the step count. Written here, because a resumed run needs
+//! them bit for bit and tch gives no access to those of libtorch's optimiser. Does not
+//! depend on networks.
 
 use super::networks::{read_row, tensor};
 use crate::learn::td3::adam::{Adam, BETA1, BETA2, EPSILON};
@@ -22,7 +23,7 @@ pub struct TorchAdam {
 }
 
 impl TorchAdam {
-    /// Goes on where these stopped, one for each copy, all after as many steps.
+    /// Copies these states, one for each copy of the network, all after the same number of steps.
     pub fn of(adams: &[&Adam], device: Device) -> Result<Self, TchError> {
         let rows = |of: fn(&Adam) -> &[f32]| -> Vec<&[f32]> { adams.iter().map(|adam| of(adam)).collect() };
         Ok(Self {
@@ -33,7 +34,7 @@ impl TorchAdam {
         })
     }
 
-    /// Writes the state of copy `copy` into `adam`.
+    /// Copies the state of copy `copy` to `adam`.
     pub fn store(&self, copy: usize, adam: &mut Adam) -> Result<(), TchError> {
         adam.steps = self.steps;
         read_row(&self.mean, copy, &mut adam.mean)?;
@@ -47,7 +48,7 @@ impl TorchAdam {
         let root = (1.0 - BETA2.powf(self.steps as f64)).sqrt();
         let _ = self.mean.f_lerp_(gradients, 1.0 - BETA1)?;
         let _ = self.square.f_lerp_(&gradients.f_square()?, 1.0 - BETA2)?;
-        // Both corrections are pulled out of the tensors, as in the plain `Adam`.
+        // Both bias corrections are folded into scalars, as in the plain `Adam`.
         let mut denominator = self.square.f_sqrt()?;
         let _ = denominator.f_add_scalar_(EPSILON * root)?;
         let mut step = self.mean.f_div(&denominator)?;

@@ -1,16 +1,16 @@
 //! Fully connected networks in libtorch's tensors.
 //!
-//! Owns the forward pass and its hand-written derivative: networks this narrow
-//! spend a third of an update in autograd's bookkeeping. The layout of the
-//! parameters is [`Mlp`]'s, so that numbers go either way as they are.
+//! Holds the forward pass and its hand-written derivative: with networks this narrow,
+//! autograd's overhead is a third of an update. Does not depend on losses. The layout
+//! of the parameters is [`Mlp`]'s, so that they are copied without conversion.
 //!
-//! Twin critics are two copies evaluated side by side: every tensor has the
-//! copy as its first dimension and one batched product serves both.
+//! Twin critics are two copies: every tensor has the copy as its first dimension, and
+//! one batched product serves both.
 
 use crate::learn::td3::networks::{Mlp, Span};
 use tch::{Device, TchError, Tensor};
 
-/// One or two networks of the same shape: rectified hidden layers, linear output.
+/// One or two networks of the same shape: hidden layers with ReLU, linear output.
 #[derive(Debug)]
 pub struct Networks {
     /// All parameters, `[copies, numbers]`; the layers are views of it.
@@ -45,29 +45,29 @@ impl Layer {
     }
 }
 
-/// What a forward pass leaves for the backward pass: each layer's input, then the output.
+/// What the backward pass needs of a forward pass: each layer's input, then the output.
 #[derive(Debug)]
 pub struct Activations(Vec<Tensor>);
 
 impl Activations {
-    /// The networks' answer, `[copies, batch, outputs]`.
+    /// The networks' output, `[copies, batch, outputs]`.
     pub fn output(&self) -> &Tensor {
-        // The input at least is there.
+        // Never empty: it holds at least the input.
         &self.0[self.0.len() - 1]
     }
 }
 
-/// What a backward pass computes beside the derivative it is given.
+/// Which derivatives a backward pass computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// The parameters' derivatives, into [`Networks::gradients`].
     Parameters,
-    /// The input's derivative alone; [`Networks::gradients`] keeps what it had.
+    /// The input's derivative only; [`Networks::gradients`] stays unchanged.
     Input,
 }
 
 impl Networks {
-    /// Copies of these networks, which have the same shape; there is at least one.
+    /// Copies of these networks, at least one, all of the same shape.
     pub fn of(networks: &[&Mlp], device: Device) -> Result<Self, TchError> {
         let flats: Vec<&[f32]> = networks.iter().map(|network| &network.parameters[..]).collect();
         let parameters = tensor(&flats, device)?;
@@ -101,8 +101,8 @@ impl Networks {
         Ok(Activations(tensors))
     }
 
-    /// Carries `output_gradient` (`[copies, batch, outputs]`) back; answers the
-    /// input's derivative (`[copies, batch, inputs]`) where that is wanted.
+    /// Backpropagates `output_gradient`, `[copies, batch, outputs]`; returns the input's
+    /// derivative, `[copies, batch, inputs]`, where it is wanted.
     pub fn backward(
         &mut self,
         activations: &Activations,
@@ -129,12 +129,12 @@ impl Networks {
     }
 }
 
-/// A tensor `[rows.len(), numbers]` of rows that are equally long.
+/// A tensor `[rows.len(), numbers]` of rows of equal length.
 pub fn tensor(rows: &[&[f32]], device: Device) -> Result<Tensor, TchError> {
     Tensor::f_from_slice(&rows.concat())?.f_view([rows.len() as i64, -1])?.f_to(device)
 }
 
-/// Copies the numbers of row `row` into `numbers`, which has room for exactly them.
+/// Copies row `row` into `numbers`, which has the same length.
 pub fn read_row(tensor: &Tensor, row: usize, numbers: &mut [f32]) -> Result<(), TchError> {
     let row = tensor.f_select(0, row as i64)?.f_to(Device::Cpu)?;
     let len = numbers.len();

@@ -14,14 +14,14 @@ fn batch(count: usize, number: u64) -> Vec<f32> {
     let mut rng = stream(3, Purpose::Sample, number);
     let mut rows: Vec<f32> = (0..count * LAYOUT.row_len()).map(|_| rng.random_range(-1.0..1.0)).collect();
     for (index, row) in rows.chunks_exact_mut(LAYOUT.row_len()).enumerate() {
-        row[LAYOUT.continuation()] = if index % 4 == 0 { 0.0 } else { 1.0 };
+        row[LAYOUT.not_terminal()] = if index % 4 == 0 { 0.0 } else { 1.0 };
     }
     rows
 }
 
 fn normals(agent: &Agent, batch: &[f32], number: u64) -> Vec<f32> {
     let mut normals = Vec::new();
-    agent.draw_normals(batch, &mut stream(3, Purpose::Smooth, number), &mut normals);
+    agent.sample_normals(batch, &mut stream(3, Purpose::Smooth, number), &mut normals);
     normals
 }
 
@@ -62,21 +62,21 @@ fn what_was_handed_over_comes_back_bit_for_bit() {
 fn the_first_updates_are_those_on_plain_memory_to_rounding() {
     let mut plain = agent();
     let mut torch = TorchAgent::new(&plain, Device::Cpu).unwrap();
-    let mut judged = None;
+    let mut actor_loss = None;
 
     for number in 0..20 {
         let batch = batch(32, number);
         let normals = normals(&plain, &batch, number);
         let losses = plain.update(&batch, &mut stream(3, Purpose::Smooth, number));
         torch.update_with(&batch, &normals).unwrap();
-        judged = losses.actor.or(judged);
+        actor_loss = losses.actor.or(actor_loss);
 
         let same = torch.losses().unwrap();
-        assert_eq!(same.actor.is_some(), judged.is_some());
+        assert_eq!(same.actor.is_some(), actor_loss.is_some());
         let pairs = [
             (losses.critic, same.critic),
             (losses.q_mean, same.q_mean),
-            (judged.unwrap_or(0.0), same.actor.unwrap_or(0.0)),
+            (actor_loss.unwrap_or(0.0), same.actor.unwrap_or(0.0)),
         ];
         for (wanted, got) in pairs {
             assert!((wanted - got).abs() < 2e-4, "update {number}: {losses:?} {same:?}");
@@ -117,7 +117,7 @@ fn going_on_from_what_was_handed_back_changes_nothing() {
     assert_eq!(moments(&one), moments(&other));
 }
 
-/// A value that is no number must reach the losses, where the trainer looks for it.
+/// A value that is NaN must reach the losses, where the trainer looks for it.
 #[test]
 fn a_value_that_is_no_number_shows_in_the_losses() {
     for copy in 0..2 {

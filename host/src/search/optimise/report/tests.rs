@@ -1,10 +1,13 @@
-//! What a report counts, and that its books agree with the trial's own.
+//! What a report counts, and that its energy balance agrees with the trial's energy.
 
 use super::*;
+use crate::robot::LegScale;
 use crate::search::optimise::basis::Basis;
 use crate::search::optimise::score::Aim;
 use crate::search::optimise::space::Space;
 use crate::sim::open_loop::{Trial, play};
+use protocol::gait::COEFFICIENT_COUNT;
+use protocol::{JOINT_COUNT, LEG_COUNT};
 
 fn fresh(draws: usize, stop: &AtomicBool) -> Fresh<'_> {
     Fresh { seed: 0, draws, stop }
@@ -13,13 +16,13 @@ fn fresh(draws: usize, stop: &AtomicBool) -> Fresh<'_> {
 /// Diagonal legs together, at a stroke that walks.
 fn trot(robot: &Robot) -> Motion {
     let space = Space::new(Basis::new().expect("the algebra holds"), Bounds::of(robot), 1);
-    let mut waves = [[0.0; 2]; 8];
+    let mut waves = [[0.0; 2]; JOINT_COUNT];
     for (leg, forwards) in [-1.0, -1.0, 1.0, 1.0].into_iter().enumerate() {
         let side = if leg % 2 == 0 { 1.0 } else { -1.0 };
         waves[leg] = [15.0 * forwards * side, 0.0];
-        waves[4 + leg] = [0.0, -10.0 * side];
+        waves[LEG_COUNT + leg] = [0.0, -10.0 * side];
     }
-    space.swinging(1.2, [0.0; 8], &waves)
+    space.swinging(1.2, [0.0; JOINT_COUNT], &waves)
 }
 
 #[test]
@@ -32,19 +35,27 @@ fn quantiles_lie_between_the_values() {
 
 #[test]
 fn a_standing_robot_pays_for_its_electronics_alone() {
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-    let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
+    let robot = Robot::ant(LegScale::LONG).expect("1.0 is a leg scale");
+    let still = Motion {
+        period_s: 1.0,
+        centres_deg: [0.0; JOINT_COUNT],
+        curves_deg: [[0.0; COEFFICIENT_COUNT]; JOINT_COUNT],
+    };
 
-    let books = power_books(&robot, &still).expect("nothing moves");
+    let power = power_balance(&robot, &still).expect("nothing moves");
 
-    assert!((books.total_w - robot.power.electronics_w).abs() < 0.01, "{books:?}");
-    assert!(books.slipping_w.abs() < 0.01 && books.braking_w.abs() < 0.01, "{books:?}");
+    assert!((power.total_w - robot.power.electronics_w).abs() < 0.01, "{power:?}");
+    assert!(power.slipping_w.abs() < 0.01 && power.braking_w.abs() < 0.01, "{power:?}");
 }
 
 #[test]
 fn the_safe_range_ends_at_the_first_gap_on_either_side() {
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
-    let still = Motion { period_s: 1.0, centres_deg: [0.0; 8], curves_deg: [[0.0; 11]; 8] };
+    let robot = Robot::ant(LegScale::LONG).expect("1.0 is a leg scale");
+    let still = Motion {
+        period_s: 1.0,
+        centres_deg: [0.0; JOINT_COUNT],
+        curves_deg: [[0.0; COEFFICIENT_COUNT]; JOINT_COUNT],
+    };
     let test = Test { aim: Aim::Speed, duration_s: 0.1 };
     let walks =
         over_draws(&robot, &Tolerances::default(), &test, &still, 1.0, fresh(1, &AtomicBool::new(false)));
@@ -57,24 +68,24 @@ fn the_safe_range_ends_at_the_first_gap_on_either_side() {
     assert_eq!(safe_range(&amplitudes), None);
 }
 
-/// The trial counts what the supply gives, the books what becomes of it.
+/// A trial counts the energy of the supply, the balance where it goes.
 #[test]
 fn where_the_power_goes_comes_to_what_a_trial_takes() {
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let robot = Robot::ant(LegScale::LONG).expect("the Ant");
     let motion = trot(&robot);
     let walk = play(&robot, &Trial::default(), |time_s| motion.angles_rad(time_s, 1.0));
 
-    let books = power_books(&robot, &motion).expect("it walks");
+    let power = power_balance(&robot, &motion).expect("it walks");
 
     // Both drives and soles take something: it walks.
-    assert!(books.slipping_w > 0.01 && books.braking_w > 0.01 && walk.speed_m_s > 0.03, "{books:?}");
-    assert!((books.total_w / walk.mean_power_w - 1.0).abs() < 0.03, "{books:?} {}", walk.mean_power_w);
-    assert!(books.rest_w.abs() < 0.15 * books.total_w, "{books:?}");
+    assert!(power.slipping_w > 0.01 && power.braking_w > 0.01 && walk.speed_m_s > 0.03, "{power:?}");
+    assert!((power.total_w / walk.mean_power_w - 1.0).abs() < 0.03, "{power:?} {}", walk.mean_power_w);
+    assert!(power.rest_w.abs() < 0.15 * power.total_w, "{power:?}");
 }
 
 #[test]
 fn a_report_that_is_told_to_stop_plays_the_least_robots_and_no_amplitudes() {
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let robot = Robot::ant(LegScale::LONG).expect("the Ant");
     let test = Test { aim: Aim::Speed, duration_s: 0.1 };
     let (tolerances, stop) = (Tolerances::default(), AtomicBool::new(true));
     let motion = trot(&robot);
@@ -88,7 +99,7 @@ fn a_report_that_is_told_to_stop_plays_the_least_robots_and_no_amplitudes() {
 
 #[test]
 fn servos_that_cannot_follow_are_counted() {
-    let robot = Robot::ant(1.0).expect("1.0 is a leg scale");
+    let robot = Robot::ant(LegScale::LONG).expect("the Ant");
     let test = Test { aim: Aim::Speed, duration_s: 0.1 };
     let stop = AtomicBool::new(false);
     let mut motion = trot(&robot);

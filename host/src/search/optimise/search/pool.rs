@@ -1,8 +1,8 @@
-//! Gaits in the running, each with its walks on the judges.
+//! The gaits that were found, each with its walks on the validation robots.
 //!
-//! Owns the judges: robots that no stage of the search has seen. What is wanted
-//! changes no walk, so that a gait which was found for one speed is compared at
-//! any other without another trial.
+//! Holds those robots, which no stage of the search has seen. Does not depend on
+//! the aim: the aim has no effect on a walk, so that a gait which was found for
+//! one speed is compared at any other without another trial.
 
 use crate::search::optimise::score::Test;
 use crate::search::optimise::space::Motion;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// The gaits, in the order in which they were found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pool {
-    judges: Vec<Draw>,
+    robots: Vec<Draw>,
     gaits: Vec<(Motion, Vec<Walk>)>,
 }
 
@@ -22,49 +22,49 @@ pub struct Pool {
 pub struct Best<'a> {
     /// Its number.
     pub number: usize,
-    /// On the judges.
+    /// On the validation robots; lower is better.
     pub score: f64,
-    /// Itself.
+    /// Its curves.
     pub motion: &'a Motion,
 }
 
 impl Pool {
-    /// None yet.
+    /// A pool without gaits.
     #[must_use]
-    pub fn new(judges: Vec<Draw>) -> Self {
-        Self { judges, gaits: Vec::new() }
+    pub fn new(robots: Vec<Draw>) -> Self {
+        Self { robots, gaits: Vec::new() }
     }
 
-    /// How many judges there are.
+    /// The number of validation robots.
     #[must_use]
-    pub fn judges(&self) -> usize {
-        self.judges.len()
+    pub fn robots(&self) -> usize {
+        self.robots.len()
     }
 
-    /// The gaits.
+    /// The gaits, in the order in which they were found.
     pub fn motions(&self) -> impl Iterator<Item = &Motion> {
         self.gaits.iter().map(|(motion, _)| motion)
     }
 
-    /// Puts gaits before the judges; how many trials that took.
+    /// Plays gaits on the validation robots; returns how many trials that took.
     pub fn add(&mut self, test: &Test, motions: Vec<Motion>) -> u64 {
         let walks: Vec<Vec<Walk>> = motions
             .par_iter()
-            .map(|motion| self.judges.iter().map(|judge| test.walk(judge, motion, 1.0)).collect())
+            .map(|motion| self.robots.iter().map(|robot| test.walk(robot, motion, 1.0)).collect())
             .collect();
-        let trials = (self.judges.len() * motions.len()) as u64;
+        let trials = (self.robots.len() * motions.len()) as u64;
         self.gaits.extend(motions.into_iter().zip(walks));
         trials
     }
 
-    /// The gait that the judges like best, the first of equals; none of none.
+    /// The gait with the lowest score, the first of equals; `None` of an empty pool.
     #[must_use]
     pub fn best(&self, test: &Test) -> Option<Best<'_>> {
-        let judged = self.gaits.iter().enumerate().map(|(number, (motion, walks))| Best {
+        let scored = self.gaits.iter().enumerate().map(|(number, (motion, walks))| Best {
             number,
             score: test.score_of(walks.iter().copied()),
             motion,
         });
-        judged.min_by(|a, b| a.score.total_cmp(&b.score))
+        scored.min_by(|a, b| a.score.total_cmp(&b.score))
     }
 }

@@ -1,8 +1,9 @@
 //! CMA-ES from a point, on a few robots.
 //!
-//! Owns the exchange with crate `cmaes`: seeds, generations, what is kept.
+//! Holds the use of crate `cmaes`: seeds, generations, what is kept. Does not
+//! depend on the stages of a search.
 
-use super::{POPULATION, Search, Told};
+use super::{POPULATION, ProgressReporter, Search};
 use crate::search::optimise::space::{Motion, Space};
 use crate::search::optimise::tolerances::Draw;
 use cmaes::{CMAESOptions, DVector};
@@ -10,7 +11,7 @@ use std::sync::Mutex;
 
 /// One refinement.
 pub(super) struct Round<'a> {
-    /// What the points mean.
+    /// The gaits of the points.
     pub(super) space: &'a Space,
     /// Numbers behind every point, which stay as they are.
     pub(super) held: &'a [f64],
@@ -18,9 +19,9 @@ pub(super) struct Round<'a> {
     pub(super) draws: &'a [Draw],
     /// Spread of the first generation.
     pub(super) step: f64,
-    /// Trials of the search by which it ends.
+    /// It ends when the search has simulated so many trials.
     pub(super) until: u64,
-    /// Of the generations.
+    /// Of the first generation; restarts count on from it.
     pub(super) seed: u64,
 }
 
@@ -36,18 +37,18 @@ impl Round<'_> {
 }
 
 impl Search<'_> {
-    /// CMA-ES from a point, again with another seed where it has converged; its
-    /// best points and the middle of where it ended.
+    /// CMA-ES from a point, restarted with another seed when it has converged. Returns scores and
+    /// points: the best of each run and the mean of its last generation.
     pub(super) fn refine(
         &self,
         round: &Round<'_>,
         from: Vec<f64>,
-        told: &mut Told<'_>,
+        reporter: &mut ProgressReporter<'_>,
     ) -> Vec<(f64, Vec<f64>)> {
-        let trials = Mutex::new(told.trials);
+        let trials = Mutex::new(reporter.trials);
         let score = |point: &DVector<f64>| {
             if self.stopped() {
-                // Ends the generation without a word on anything that was not tried.
+                // Ends the generation; points that were not tried have no score.
                 return f64::NAN;
             }
             if let Ok(mut trials) = trials.lock() {
@@ -58,7 +59,7 @@ impl Search<'_> {
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut from = from;
         let mut again = 0_u32;
-        while !self.stopped() && told.trials < round.until {
+        while !self.stopped() && reporter.trials < round.until {
             let options = CMAESOptions::new(from.clone(), round.step / f64::from(1 + again))
                 .population_size(POPULATION)
                 .seed(round.seed.wrapping_add(u64::from(again)));
@@ -66,24 +67,24 @@ impl Search<'_> {
             let mut best: Option<(f64, Vec<f64>)> = None;
             loop {
                 let ended = search.next_parallel().is_some();
-                told.trials = trials.lock().map_or(told.trials, |trials| *trials);
+                reporter.trials = trials.lock().map_or(reporter.trials, |trials| *trials);
                 if let Some(individual) = search.overall_best_individual() {
                     best = Some((individual.value, individual.point.iter().copied().collect()));
                 }
                 let Some((score, point)) = &best else { break };
-                told.tell(*score, &round.motion(point));
-                if ended || self.stopped() || told.trials >= round.until {
+                reporter.report(*score, &round.motion(point));
+                if ended || self.stopped() || reporter.trials >= round.until {
                     break;
                 }
             }
-            let middle: Vec<f64> = search.mean().iter().copied().collect();
-            let middle_score = score(search.mean());
-            told.trials = trials.lock().map_or(told.trials, |trials| *trials);
+            let mean: Vec<f64> = search.mean().iter().copied().collect();
+            let mean_score = score(search.mean());
+            reporter.trials = trials.lock().map_or(reporter.trials, |trials| *trials);
             let Some(best) = best else { break };
             from.clone_from(&best.1);
             found.push(best);
-            if !middle_score.is_nan() {
-                found.push((middle_score, middle));
+            if !mean_score.is_nan() {
+                found.push((mean_score, mean));
             }
             again += 1;
         }

@@ -1,16 +1,19 @@
-//! Plain gaits to begin at.
+//! The gaits that a search is initialised with.
+//!
+//! Holds how they are sampled. Does not depend on the stages of a search.
 
 use crate::search::optimise::space::{Motion, Space};
+use protocol::{JOINT_COUNT, LEG_COUNT};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 /// A known gait is more than a sine.
 const WAVES_OF_A_GAIT: usize = 2;
 
-/// Where the search begins.
+/// Where a search starts.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Start {
-    /// Anywhere: joints that swing as chance has it.
+    /// Random gaits.
     Nothing,
     /// Diagonal legs together, or each by itself, swung by sines.
     Sinusoid,
@@ -19,7 +22,7 @@ pub enum Start {
 }
 
 impl Start {
-    /// Waves a stride of the curves that are sown.
+    /// Waves per stride of the first curves.
     pub(super) fn waves(&self) -> usize {
         match self {
             Self::Nothing | Self::Sinusoid => 1,
@@ -27,18 +30,18 @@ impl Start {
         }
     }
 
-    /// A point to begin at; of a gait, number 0 is the gait itself.
+    /// A point to start from; of a gait, number 0 is the gait itself.
     pub(super) fn point(&self, space: &Space, number: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
         match self {
-            Self::Nothing => anything(space, random),
+            Self::Nothing => random_point(space, random),
             Self::Sinusoid => space.point(&sinusoid(space, random)),
             Self::Gait(motion) => varied(space, motion, number, random),
         }
     }
 }
 
-/// Joints that swing by themselves.
-fn anything(space: &Space, random: &mut ChaCha8Rng) -> Vec<f64> {
+/// Joints that swing independently.
+fn random_point(space: &Space, random: &mut ChaCha8Rng) -> Vec<f64> {
     (0..space.dimension()).map(|_| 1.5 * random.random_range(-1.0..=1.0)).collect()
 }
 
@@ -54,24 +57,24 @@ fn sinusoid(space: &Space, random: &mut ChaCha8Rng) -> Motion {
     let (hip_deg, knee_deg) = (within(-5.0, 5.0), within(-10.0, 10.0));
     // Seen from above hips turn counter-clockwise: forwards for two legs, backwards for the others.
     let forwards = [-1.0, -1.0, 1.0, 1.0];
-    let mut centres_deg = [0.0; 8];
-    let mut waves = [[0.0; 2]; 8];
-    for leg in 0..4 {
+    let mut centres_deg = [0.0; JOINT_COUNT];
+    let mut waves = [[0.0; 2]; JOINT_COUNT];
+    for leg in 0..LEG_COUNT {
         centres_deg[leg] = hip_deg;
-        centres_deg[4 + leg] = knee_deg;
+        centres_deg[LEG_COUNT + leg] = knee_deg;
         let swing = forwards[leg] * swing_deg;
         waves[leg] = [swing * phases[leg].cos(), -swing * phases[leg].sin()];
         let lifted = phases[leg] + lead;
-        waves[4 + leg] = [lift_deg * lifted.cos(), -lift_deg * lifted.sin()];
+        waves[LEG_COUNT + leg] = [lift_deg * lifted.cos(), -lift_deg * lifted.sin()];
     }
     space.swinging(period_s, centres_deg, &waves)
 }
 
-/// A known gait, at first as it is, then faster, slower, wider, narrower, with a little chance.
+/// A known gait: first as it is, then faster, slower, wider or narrower, with some noise.
 fn varied(space: &Space, motion: &Motion, number: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut point = space.point(motion);
     if number > 0 {
-        let centres = 1 + protocol::JOINT_COUNT;
+        let centres = 1 + JOINT_COUNT;
         let stroke = random.random_range(0.6..=1.4);
         point[0] += random.random_range(-3.0..=1.0);
         point.iter_mut().skip(centres).for_each(|n| *n *= stroke);
