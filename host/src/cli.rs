@@ -40,6 +40,7 @@ mod optimise;
 mod play;
 #[cfg(feature = "train")]
 mod record;
+mod robot;
 mod set;
 mod simulate;
 #[cfg(feature = "train")]
@@ -82,7 +83,7 @@ enum Command {
     Train(train::Args),
     #[cfg(feature = "train")]
     Curves(curves::Args),
-    /// Average the policy's joint trajectories over 20 trials, and draw them
+    /// Average a policy's strides over 20 trials, and draw them
     #[cfg(feature = "train")]
     Record(record::Args),
     Fit(fit::Args),
@@ -100,6 +101,7 @@ enum Command {
     Set(set::Args),
     Stop(stop::Args),
     Gaits(gaits::Args),
+    Robot(robot::Args),
     /// Fit or validate the simulation against measured trials
     Twin(twin::Args),
     #[cfg(feature = "torch")]
@@ -188,6 +190,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Set(args) => set::run(args),
         Command::Stop(args) => stop::run(args),
         Command::Gaits(args) => gaits::run(args),
+        Command::Robot(args) => robot::run(args),
         Command::Twin(args) => twin::run(args),
         #[cfg(feature = "torch")]
         Command::Bench(args) => bench::run(args),

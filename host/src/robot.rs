@@ -13,9 +13,11 @@
 //! section says from which.
 
 mod assembly;
+pub mod check;
 mod document;
 mod drawn;
 mod error;
+pub mod export;
 mod fields;
 mod inertia;
 mod leg_scale;
@@ -24,8 +26,12 @@ mod loaded;
 mod mjcf;
 mod raw;
 mod sections;
+pub mod servo_presets;
+pub mod sketch;
 mod solid;
+pub mod statics;
 mod urdf;
+pub mod views;
 
 pub use drawn::Drawn;
 pub use error::{ModelError, RobotError};

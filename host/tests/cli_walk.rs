@@ -22,7 +22,7 @@ fn the_status_is_told_in_plain_words() {
         "at 1x, saved",
         "calibration default, the authors' robot: none is stored",
         "supply 5.00 V",
-        "412 bytes of the stack were never used",
+        "412 bytes of stack were never used",
         "1 failed transfer",
         "the robot got 2 damaged frames and lost 7 bytes, this computer got 0 damaged frames",
     ] {

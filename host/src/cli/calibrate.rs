@@ -18,7 +18,7 @@ use crate::device::calibration::{self as transfer, TransferError};
 use protocol::Joint;
 use std::path::PathBuf;
 
-/// Calibrate the servos: outputs, neutral positions, directions, limits.
+/// Calibrate the servos: outputs, neutrals, directions, limits.
 ///
 /// Moves one servo at a time, by the arrow keys, with the robot held up: which
 /// output it is on, where the joint's neutral is, which way it turns, how far

@@ -15,7 +15,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
         "Use the robot",
         &["calibrate", "upload-gait", "measure", "walk", "play", "status", "set", "stop", "gaits"],
     ),
-    ("Use its twin, the simulated robot", &["simulate", "twin"]),
+    ("Describe a robot, and simulate it", &["robot", "simulate", "twin"]),
     ("Study", &["demo", "experiment", "bench"]),
 ];
 

@@ -23,9 +23,9 @@ use std::cell::Cell;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Play a trajectory or a policy from this computer, 60 setpoints a second.
+/// Play a trajectory or a policy from this computer.
 ///
-/// A trajectory is played as it is, at its own pace, once or for --seconds:
+/// The robot gets 60 setpoints a second. A trajectory is played as it is, at its own pace, once or for --seconds:
 /// columns of actions as in `fit`, or degrees from neutral with --degrees. With
 /// --policy, the policy of a run walks in simulation, and the robot gets the same
 /// setpoints as the simulated one.

@@ -133,7 +133,6 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The rows themselves.
     pub fn actions(&self) -> Result<&[[f64; protocol::JOINT_COUNT]], Failure> {
         self.trajectory.rows(self.rows.start, self.rows.end).map_err(unreadable)
     }
@@ -155,7 +154,6 @@ impl Chosen {
 }
 
 impl Recording {
-    /// Where it is.
     pub fn path(&self) -> PathBuf {
         let run = || self.run.clone().unwrap_or_else(|| run_folder::LATEST.into());
         self.trajectory.clone().unwrap_or_else(|| run().join(run_folder::TRAJECTORY))

@@ -7,7 +7,8 @@ use super::assembly::Assembly;
 use super::drawn::Drawn;
 use super::error::{ModelError, RobotError};
 use super::leg_scale::{LEG_SCALE_RANGE, LegScale};
-use super::sections::{Geometry, Ground, Mass, Model, Power, Servo, Supply, TwinRecord};
+use super::sections::{Geometry, Ground, Mass, Model, Servo, Supply, TwinRecord};
+use super::servo_presets::PowerDocument;
 use super::{Robot, limbs, mjcf, urdf};
 use serde::Deserialize;
 use std::path::Path;
@@ -25,7 +26,7 @@ struct Document {
     mass: MassDocument,
     servo: Servo,
     ground: Ground,
-    power: Power,
+    power: PowerDocument,
     supply: Supply,
     twin: Option<TwinRecord>,
 }
@@ -90,7 +91,7 @@ pub fn read(
     let (drawn, geometry) = draw(&model, model_text, &geometry, leg_scale)
         .map_err(|error| refused(&file.with_file_name(&model.file), error))?;
     let mass = Mass { torso_kg: mass.torso_kg.unwrap_or(drawn.torso[0].inertia.mass_kg) };
-    let drawn = Arc::new(drawn);
+    let (drawn, power) = (Arc::new(drawn), power.complete(&servo));
     Ok(Robot { name, joint_limit_deg, model, geometry, mass, servo, ground, power, supply, twin, drawn })
 }
 

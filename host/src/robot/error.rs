@@ -151,7 +151,7 @@ pub enum ModelError {
         has: String,
     },
     /// Two joints or two bodies with the same name.
-    #[error("the name {name:?} is there twice; give each its own")]
+    #[error("the name {name:?} is used twice; give each its own")]
     Twice {
         /// The name.
         name: String,

@@ -54,8 +54,14 @@ pub struct Mass {
 /// the gears' resistance where the load drives them; dry friction then takes its
 /// part of that torque.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "super::servo_presets::ServoDocument")]
 pub struct Servo {
+    /// The servo's name among the presets, which gave what the file left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Voltage at the servos, for the preset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage_v: Option<f64>,
     /// Torque per radian of error.
     pub stiffness_n_m_rad: f64,
     /// Torque against each rad/s of joint speed.
@@ -66,18 +72,14 @@ pub struct Servo {
     pub torque_limit_n_m: f64,
     /// The same where the load turns it against its motor, or while its motor
     /// rests, if that is more: reduction gears are harder to turn from outside.
-    #[serde(default)]
     pub backdriven_damping_n_m_s_rad: f64,
     /// Dry friction of its gears.
-    #[serde(default)]
     pub friction_n_m: f64,
     /// Error that it leaves alone, either way.
-    #[serde(default)]
     pub dead_band_deg: f64,
     /// Its mechanical end stop, either way from neutral.
     pub end_stop_deg: f64,
     /// From a pulse to the servo's acting on it.
-    #[serde(default)]
     pub delay_s: f64,
     /// Pulse that holds it at neutral.
     pub neutral_pulse_us: f64,

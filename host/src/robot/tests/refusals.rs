@@ -115,7 +115,7 @@ fn a_name_that_nothing_has_is_told_with_those_that_there_are() {
         &changed_pony("<child link=\"rear_left_shin\"/>", "<child link=\"stump\"/>"),
         &["stump", "rear_left_shin"],
     );
-    says(&changed_pony("\"front_left_knee\"", "\"front_left_hip\""), &["two things", "front_left_hip"]);
+    says(&changed_pony("\"front_left_knee\"", "\"front_left_hip\""), &["front_left_hip", "used twice"]);
 }
 
 #[test]
@@ -149,13 +149,13 @@ fn whatever_moves_without_a_servo_is_refused() {
     let ball = "</body>\n  </worldbody>";
     let with_ball =
         "</body><body name=\"toy\"><freejoint/><geom type=\"sphere\" size=\"0.1\"/></body></worldbody>";
-    says(&changed("ant.xml", ball, with_ball), &["toy", "no part"]);
+    says(&changed("ant.xml", ball, with_ball), &["toy", "not connected"]);
 }
 
 #[test]
 fn a_link_that_hangs_on_itself_is_refused() {
     let text = changed_pony("<parent link=\"base\"/>", "<parent link=\"front_left_shin\"/>");
-    says(&text, &["front_left", "itself"]);
+    says(&text, &["front_left", "its own ancestor"]);
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn numbers_that_are_none_are_refused_before_a_loader_sees_them() {
 #[test]
 fn ranges_that_are_none_or_leave_neutral_out_are_refused() {
     let text = changed_pony("<limit lower=\"-0.8\" upper=\"0.9\"", "<limit lower=\"0\" upper=\"0\"");
-    says(&text, &["front_left_knee", "from 0 to 0"]);
+    says(&text, &["front_left_knee", "0 to 0 rad"]);
     let narrow = "<joint name=\"knee1\" range=\"10 20\" axis";
     says(&changed("ant.xml", "<joint name=\"knee1\" axis", narrow), &["knee1", "neutral", "10.0", "20.0"]);
 }
@@ -262,9 +262,9 @@ fn a_text_that_is_no_model_does_no_harm() {
     let disguised = "<body name=\"/>\">".repeat(30_000);
     let long = " ".repeat(2_000_000);
     for (text, said) in [
-        ("", "no MJCF"),
-        ("torso", "no MJCF"),
-        ("<mujoco>", "no MJCF"),
+        ("", "not MJCF"),
+        ("torso", "not MJCF"),
+        ("<mujoco>", "not MJCF"),
         ("<mujoco/>", "model.torso"),
         ("<robot/>", ""),
         ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "not XML"),
