@@ -24,6 +24,7 @@ mod leg_scale;
 mod limbs;
 mod loaded;
 mod mjcf;
+mod plausible;
 mod raw;
 mod sections;
 pub mod servo_presets;
@@ -32,6 +33,7 @@ mod solid;
 pub mod statics;
 mod urdf;
 pub mod views;
+mod warning;
 
 pub use drawn::Drawn;
 pub use error::{ModelError, RobotError};
@@ -42,6 +44,7 @@ pub use limbs::{Leg, Limbs, Link};
 pub use raw::Hinge;
 pub use sections::{Geometry, Ground, Mass, Model, Power, PowerLine, Servo, Supply, TwinRecord};
 pub use solid::{Shape, Solid};
+pub use warning::RobotWarning;
 
 use crate::run_folder::{self, FileError};
 use serde::Serialize;
@@ -170,6 +173,15 @@ impl Robot {
     pub fn to_toml(&self) -> String {
         // Strings and finite numbers in tables: nothing that TOML cannot hold.
         toml::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// What is probably not meant as it is written: units, placeholders, a weight
+    /// that the servos cannot carry. Empty for a robot that looks right.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<RobotWarning> {
+        let mut warnings = self.drawn.warnings.clone();
+        warnings.extend(plausible::built(self));
+        warnings
     }
 
     /// Everything that it carries and is.

@@ -108,6 +108,7 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
         Some(robot) => robot.clone(),
         None => Robot::ant(LegScale::LONG).map_err(|e| failure(Cause::Input, e))?,
     };
+    super::robots::warn_of(&robot);
     let pace = Pace::of(&seams.taken, robot.servo.top_speed_rad_s().to_degrees());
     if !args.lag {
         pace.check(&seams, chosen.time_stretch, &robot.name, described)?;

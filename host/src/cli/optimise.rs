@@ -109,6 +109,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let began = Instant::now();
     check(&args)?;
     let robot = args.new.robot()?;
+    super::robots::warn_of(&robot);
     let start = start::read(&args.start, args.start_amp)?;
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, OptimiseError::Basis))?;
     let stop = interruptible()?;

@@ -3,7 +3,7 @@
 //! Holds that order, and for gaits one step more: the Ant with the legs that the
 //! gait was made for. Does not depend on any subcommand.
 
-use super::explain::failure;
+use super::explain::{failure, warn};
 use super::{Cause, Failure};
 use crate::robot::{LegScale, Robot, RobotError};
 use std::path::Path;
@@ -23,6 +23,13 @@ impl<'a> RobotArg<'a> {
     /// Of a command with `--robot` alone.
     pub fn folder(folder: Option<&'a Path>) -> Self {
         folder.map_or(Self::Default, Self::Folder)
+    }
+}
+
+/// Prints what of a robot is probably not meant as it is written.
+pub fn warn_of(robot: &Robot) {
+    for warning in robot.warnings() {
+        warn(&format!("{}: {warning}", robot.name));
     }
 }
 

@@ -9,7 +9,7 @@ mod result;
 use super::explain::{failure, failure_with_help};
 use super::material::Material;
 use super::ranges::{DURATION_RANGE_S, OutOfRange, check_range};
-use super::robots::RobotArg;
+use super::robots::{self, RobotArg};
 use super::{Cause, Failure};
 use crate::gait::gait_file::Source;
 use crate::robot::LegScale;
@@ -80,6 +80,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let path = args.gait.clone().unwrap_or_else(default);
     let named = args.leg.map_or(RobotArg::folder(args.robot.as_deref()), RobotArg::Leg);
     let material = Material::load(path, named)?;
+    robots::warn_of(&material.robot);
     let usual = if material.source == Source::Searched.name() { SEARCHED_AMPLITUDE } else { AMPLITUDE };
     let amplitude_typed = args.amplitude.unwrap_or(usual);
     let amplitude = exact(amplitude_typed)?;

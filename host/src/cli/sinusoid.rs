@@ -73,6 +73,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let began = Instant::now();
     args.new.check()?;
     let robot = args.new.robot()?;
+    super::robots::warn_of(&robot);
     let config = RunConfig::preset(args.preset).map_err(|error| failure(Cause::Input, error))?;
     let basis = Basis::new().ok_or_else(|| failure(Cause::Machine, SinusoidError::Basis))?;
     let mut search = Search {

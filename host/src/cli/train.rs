@@ -168,6 +168,7 @@ fn prepare(args: &Args) -> Result<(RunConfig, Robot), TrainCliError> {
         Some(path) => Robot::load(path)?,
         None => Robot::ant(config.leg_scale)?,
     };
+    super::robots::warn_of(&robot);
     let random = config.env.randomisation;
     if random.lacks_spread(&robot) {
         return Err(TrainCliError::NoSpread { value: random.twin_spread, robot: robot.name });

@@ -11,7 +11,7 @@ use super::output;
 use super::ranges::amplitude_flag;
 use super::reach::{Port, link_cause, unreachable_robot};
 use super::recording::Recording;
-use super::robots::RobotArg;
+use super::robots::{self, RobotArg};
 use super::{Cause, Failure};
 use crate::device::upload::upload_result::{GaitResult, SampledResult, UploadResult};
 use crate::device::upload::{self, Stage, UploadError, Uploaded};
@@ -88,6 +88,7 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
     let amplitude = amplitude_flag(args.amplitude)?;
     let material = material(&args)?;
+    robots::warn_of(&material.robot);
     let clipped_share = clipped_share(&args, &material, amplitude)?;
     if args.dry_run {
         return rehearse(&args, &material, amplitude, clipped_share);

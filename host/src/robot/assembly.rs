@@ -97,7 +97,8 @@ impl<'r> Assembly<'r> {
         if let Some([low, high]) = hinge.range_rad
             && low >= high
         {
-            return Err(ModelError::Range { joint: name.clone(), low, high });
+            let next = "the first must be below the second: correct it, or leave it out";
+            return Err(ModelError::Range { joint: name.clone(), low, high, next });
         }
         Ok(Hinge {
             in_parent: parent_frame.inverse() * self.roots[*parent].1 * hinge.in_parent,
@@ -127,9 +128,58 @@ impl<'r> Assembly<'r> {
                 body: self.raw.bodies[root].name.clone(),
                 mass_kg: whole.mass_kg,
                 moments: whole.principal().moments_kg_m2.into(),
+                next: match (whole.mass_kg > 0.0, self.raw.is_urdf) {
+                    (true, _) => "correct them: they must be above 0, and none above the sum of the others",
+                    (false, true) => "give one of its links an <inertial> with mass and inertia",
+                    (false, false) => "give its geoms a mass, or one of its bodies an <inertial>",
+                },
             });
         }
         Ok(pieces)
+    }
+
+    /// Refuses a torso that something carries.
+    fn check_free(&self, torso: usize, torso_name: &str) -> Result<(), ModelError> {
+        let root = self.roots[torso].0;
+        let held = |joint: usize, next| {
+            let RawJoint { name, parent, kind, .. } = &self.raw.joints[joint];
+            Err(ModelError::HeldBy {
+                joint: name.clone(),
+                kind: match *kind {
+                    Kind::Fixed => "fixed joint",
+                    Kind::Hinge => "hinge",
+                    Kind::Other(kind) => kind,
+                },
+                torso: torso_name.to_owned(),
+                link: self.raw.bodies[*parent].name.clone(),
+                next,
+            })
+        };
+        if let Some(joint) = self.carriers[root] {
+            let next = if self.raw.is_urdf {
+                "a torso moves freely: leave that link and the joint out, or, if another link carries the hips, \
+                 name that in model.torso"
+            } else {
+                "a torso moves freely: name the body that carries the hips in model.torso"
+            };
+            return held(joint, next);
+        }
+        if self.raw.bodies[root].free {
+            return Ok(());
+        }
+        if !self.raw.is_urdf {
+            return Err(ModelError::Held { body: self.raw.bodies[root].name.clone() });
+        }
+        // The fixed joint next to the root: bodies form a tree.
+        let mut at = torso;
+        let mut last = None;
+        while let Some(joint) = self.carriers[at] {
+            (at, last) = (self.raw.joints[joint].parent, Some(joint));
+        }
+        match last {
+            Some(joint) => held(joint, "a torso moves freely: leave that link and the joint out"),
+            None => Err(ModelError::Ground),
+        }
     }
 
     /// Finds the named parts.
@@ -140,9 +190,7 @@ impl<'r> Assembly<'r> {
         let torso = self.body("model.torso", &model.torso)?;
         let (torso_root, torso_frame) = self.roots[torso];
         let name_of = |body: usize| self.raw.bodies[body].name.clone();
-        if self.carriers[torso_root].is_some() || !self.raw.bodies[torso_root].free {
-            return Err(ModelError::Held { body: name_of(torso_root) });
-        }
+        self.check_free(torso, &model.torso)?;
         let mut hips = [0; LEG_COUNT];
         let mut knees = [0; LEG_COUNT];
         for leg in 0..LEG_COUNT {
@@ -210,7 +258,7 @@ impl<'r> Assembly<'r> {
         }
         // Four were pushed.
         match <[DrawnLeg; LEG_COUNT]>::try_from(legs) {
-            Ok(legs) => Ok(Drawn { text, torso: torso_part, legs }),
+            Ok(legs) => Ok(Drawn { text, torso: torso_part, legs, warnings: self.raw.warnings.clone() }),
             Err(_) => Err(ModelError::Loose { body: name_of(torso_root) }),
         }
     }

@@ -9,7 +9,7 @@ use super::error::{ModelError, RobotError};
 use super::leg_scale::{LEG_SCALE_RANGE, LegScale};
 use super::sections::{Geometry, Ground, Mass, Model, Servo, Supply, TwinRecord};
 use super::servo_presets::PowerDocument;
-use super::{Robot, limbs, mjcf, urdf};
+use super::{Robot, limbs, mjcf, plausible, urdf};
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -90,7 +90,13 @@ pub fn read(
     let model_text = read_model(&model.file)?;
     let (drawn, geometry) = draw(&model, model_text, &geometry, leg_scale)
         .map_err(|error| refused(&file.with_file_name(&model.file), error))?;
-    let mass = Mass { torso_kg: mass.torso_kg.unwrap_or(drawn.torso[0].inertia.mass_kg) };
+    let mass = match mass.torso_kg {
+        Some(torso_kg) => Mass { torso_kg },
+        None => Mass {
+            torso_kg: plausible::torso_kg(&drawn)
+                .map_err(|error| refused(&file.with_file_name(&model.file), error))?,
+        },
+    };
     let (drawn, power) = (Arc::new(drawn), power.complete(&servo));
     Ok(Robot { name, joint_limit_deg, model, geometry, mass, servo, ground, power, supply, twin, drawn })
 }
@@ -102,7 +108,9 @@ fn draw(
     said: &GeometryDocument,
     leg_scale: LegScale,
 ) -> Result<(Drawn, Geometry), ModelError> {
-    let drawn = read_drawing(model, text)?;
+    let mut drawn = read_drawing(model, text)?;
+    let warnings = plausible::check(&drawn, model)?;
+    drawn.warnings.extend(warnings);
     let slope = said.shin_below_horizontal_deg.map_or_else(|| limbs::drawn_slope_deg(&drawn), Ok)?;
     let foot_radius_m = said.foot_radius_m.map_or_else(|| limbs::drawn_radius_m(&drawn), Ok)?;
     let geometry = Geometry { leg_scale, shin_below_horizontal_deg: slope, foot_radius_m };
@@ -120,6 +128,9 @@ fn check_name(model: &Model) -> Result<(), ModelError> {
     let known = model.file.ends_with(".xml") || model.file.ends_with(".urdf");
     if known && !model.file.contains(['/', '\\']) {
         return Ok(());
+    }
+    if model.file.ends_with(".xacro") {
+        return Err(ModelError::Xacro { what: format!("the name {}", model.file) });
     }
     Err(ModelError::Name { file: model.file.clone() })
 }

@@ -6,6 +6,7 @@
 use super::inertia::Inertia;
 use super::raw::Hinge;
 use super::solid::Solid;
+use super::warning::RobotWarning;
 use nalgebra::Point3;
 use protocol::LEG_COUNT;
 
@@ -52,6 +53,8 @@ pub struct Drawn {
     pub torso: Part,
     /// Legs 1 to 4.
     pub legs: [DrawnLeg; LEG_COUNT],
+    /// What of the file is probably not meant as it is written.
+    pub warnings: Vec<RobotWarning>,
 }
 
 /// All pieces as one body.

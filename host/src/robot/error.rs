@@ -105,6 +105,28 @@ pub enum ModelError {
         /// Which element does.
         tag: &'static str,
     },
+    /// A xacro, which has to be expanded to a URDF first.
+    #[error(
+        "it is a xacro, not a URDF yet: it has {what}; expand it with \"xacro FILE.xacro > FILE.urdf\" and \
+         name FILE.urdf in robot.toml"
+    )]
+    Xacro {
+        /// What shows that.
+        what: String,
+    },
+    /// A file of one format that is named as one of the other.
+    #[error(
+        "its first element is <{other_root}> instead of <{root}>; let its name end in {other_ending}, here \
+         and in robot.toml"
+    )]
+    OtherFormat {
+        /// Expected by the file's name.
+        root: &'static str,
+        /// Found.
+        other_root: &'static str,
+        /// How such files are named.
+        other_ending: &'static str,
+    },
     /// XML that is not MJCF.
     #[error("it is not MJCF")]
     Mjcf(#[source] Box<mjcf_rs::ParseError>),
@@ -121,6 +143,52 @@ pub enum ModelError {
         /// Limit.
         most: f64,
     },
+    /// A mass or density below zero.
+    #[error("{what} is {value}, but must be 0 or more; correct it")]
+    Negative {
+        /// What of which element.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+    /// Fewer numbers than a shape takes, or one that is 0.
+    #[error("{what} is a {shape} of size {size:?}, but needs {needs}; write the missing number")]
+    Size {
+        /// Which element.
+        what: String,
+        /// What it is.
+        shape: &'static str,
+        /// What it says, missing ones as 0.
+        size: [f64; 3],
+        /// What the shape takes.
+        needs: &'static str,
+    },
+    /// Two ends for a shape that has none.
+    #[error(
+        "{what} has fromto, but is a {shape}; fromto is read for capsule, cylinder, box and ellipsoid: write \
+         its type, or its pos instead"
+    )]
+    FromTo {
+        /// Which element.
+        what: String,
+        /// What it is.
+        shape: &'static str,
+    },
+    /// A shape for looks that would have to be weighed.
+    #[error(
+        "body {body:?} {why}, so its {shape} would have to be weighed, which is not done here: {next}, or the \
+         {shape} mass=\"0\" contype=\"0\" conaffinity=\"0\""
+    )]
+    Weighed {
+        /// On which body.
+        body: String,
+        /// Why its geoms are weighed.
+        why: &'static str,
+        /// What it is.
+        shape: &'static str,
+        /// What to do.
+        next: &'static str,
+    },
     /// A size or mass below or at zero.
     #[error("{what} is {value}, but must be more than 0; correct it")]
     NotPositive {
@@ -132,13 +200,15 @@ pub enum ModelError {
     /// A shape for touching that cannot be read.
     #[error(
         "body {body:?} touches with a {shape}; only sphere, capsule, cylinder and box can touch here: draw \
-         it with these, and keep the {shape} for looks only"
+         it with these, and keep the {shape} for looks only ({looks})"
     )]
     Shape {
         /// On which body.
         body: String,
         /// What it is.
         shape: &'static str,
+        /// How the file's format says that it is for looks only.
+        looks: &'static str,
     },
     /// A name in robot.toml that the body's file does not have.
     #[error("{field} names {name:?}, but the file has {has}; correct the name")]
@@ -159,7 +229,7 @@ pub enum ModelError {
     /// A joint that no servo moves.
     #[error(
         "joint {name:?} is a {kind}, but only the eight hinges of model.hips and model.knees may move; make \
-         it fixed, or name it there"
+         it fixed, or, if it is a hinge, name it there"
     )]
     Moves {
         /// The joint.
@@ -179,11 +249,125 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
-    /// The torso cannot move.
-    #[error("the torso {body:?} is fixed to the world; give it a <freejoint/>")]
+    /// An MJCF body that is fixed to the world.
+    #[error("body {body:?} is fixed to the world; give the robot's first body a <freejoint/>")]
     Held {
+        /// The body.
+        body: String,
+    },
+    /// An MJCF body that the world carries by another joint than a free one.
+    #[error(
+        "joint {joint:?}, a {kind}, ties body {body:?} to the world; replace the joints of that body by one \
+         <freejoint/>"
+    )]
+    Tied {
+        /// The joint.
+        joint: String,
+        /// What it is.
+        kind: &'static str,
+        /// What it carries.
+        body: String,
+    },
+    /// A URDF's torso that a joint holds.
+    #[error("joint {joint:?}, a {kind}, ties the torso {torso:?} to the link {link:?}; {next}")]
+    HeldBy {
+        /// The joint.
+        joint: String,
+        /// What it is.
+        kind: &'static str,
+        /// As in robot.toml.
+        torso: String,
+        /// What carries it.
+        link: String,
+        /// What to do.
+        next: &'static str,
+    },
+    /// A URDF whose torso is the ground.
+    #[error("the torso is the link \"world\", which is the ground in a URDF; give it another name")]
+    Ground,
+    /// A floating joint below which not the whole robot is.
+    #[error(
+        "joint {joint:?} is a floating joint, but the link {link:?} above it is part of the robot; a floating \
+         joint may only carry the whole robot: make it fixed, or leave out what is above it"
+    )]
+    Floating {
+        /// The joint.
+        joint: String,
+        /// A link with mass, shapes or other joints above it.
+        link: String,
+    },
+    /// A leg that sits where another one should.
+    #[error(
+        "leg {leg}, {hip}, sits at x {x_m:.3}, y {y_m:.3}: {is}, but leg {leg} is {must}; x is forward and y \
+         left: order the legs counter-clockwise from front left (front left, rear left, rear right, front \
+         right) in model.hips, model.knees and model.feet, or turn the body"
+    )]
+    LegOrder {
+        /// From 1.
+        leg: usize,
+        /// Its hip's name.
+        hip: String,
+        /// Forward.
+        x_m: f64,
+        /// To the left.
+        y_m: f64,
+        /// Where it is.
+        is: &'static str,
+        /// Where it must be.
+        must: &'static str,
+    },
+    /// Lengths that no robot of hobby servos has.
+    #[error(
+        "{what} is {length_m} m, but must be within {least_m} to {most_m} m; lengths are in metres: are these \
+         {unit}?"
+    )]
+    Length {
+        /// Which.
+        what: String,
+        /// In metres.
+        length_m: f64,
+        /// Limit.
+        least_m: f64,
+        /// Limit.
+        most_m: f64,
+        /// A guess, in words.
+        unit: &'static str,
+    },
+    /// A torso whose drawn mass is beyond the bounds of `mass.torso_kg`.
+    #[error(
+        "the torso {body:?} has {mass_kg} kg, but must have {least_kg} to {most_kg} kg; {hint}, or set \
+         mass.torso_kg in robot.toml"
+    )]
+    Weight {
         /// The torso.
         body: String,
+        /// In kilograms.
+        mass_kg: f64,
+        /// Limit.
+        least_kg: f64,
+        /// Limit.
+        most_kg: f64,
+        /// What the unit might be.
+        hint: &'static str,
+    },
+    /// Inertia that a part of that size cannot have.
+    #[error(
+        "body {body:?} has a radius of gyration of {gyration_m:.3} m (the root of its largest moment of inertia \
+         over its mass of {mass_kg} kg), but the part that it belongs to reaches only {reach_m:.3} m from its \
+         centre of mass; its <inertial> is a placeholder or in another unit than kg m^2: compute it from the \
+         shapes{more}"
+    )]
+    Gyration {
+        /// The body.
+        body: String,
+        /// In metres.
+        gyration_m: f64,
+        /// Its mass.
+        mass_kg: f64,
+        /// From the centre of mass to the farthest point of its part.
+        reach_m: f64,
+        /// What else the format offers.
+        more: &'static str,
     },
     /// Not torso, thigh, shin.
     #[error(
@@ -202,7 +386,7 @@ pub enum ModelError {
     /// Mass or moments of inertia that no rigid body can have.
     #[error(
         "the part with {body:?} has {mass_kg} kg and moments of inertia {moments:?} kg m^2, which no \
-         rigid body can have; correct them"
+         rigid body can have; {next}"
     )]
     Inertia {
         /// The first body of the part.
@@ -211,6 +395,8 @@ pub enum ModelError {
         mass_kg: f64,
         /// Its principal moments.
         moments: [f64; 3],
+        /// What to do.
+        next: &'static str,
     },
     /// A rotated inertial frame, which the loader would ignore.
     #[error("link {link:?} has a rotated <inertial> (rpy); give its inertia along the link's axes")]
@@ -219,9 +405,7 @@ pub enum ModelError {
         link: String,
     },
     /// An empty joint range.
-    #[error(
-        "joint {joint:?} has the range {low} to {high} rad; the first must be below the second, or leave it out"
-    )]
+    #[error("joint {joint:?} has the range {low} to {high} rad, from 0 where it is drawn; {next}")]
     Range {
         /// The joint.
         joint: String,
@@ -229,6 +413,8 @@ pub enum ModelError {
         low: f64,
         /// To.
         high: f64,
+        /// What to do.
+        next: &'static str,
     },
     /// Springs and couplings are not simulated.
     #[error("{what} is not simulated here; leave it out")]
@@ -265,7 +451,7 @@ pub enum ModelError {
     /// A neutral position outside the joint's range.
     #[error(
         "joint {joint:?} is to be neutral {neutral_deg:.1} degrees from where it is drawn, but turns from \
-         {low_deg:.1} to {high_deg:.1}; change its range or geometry.shin_below_horizontal_deg"
+         {low_deg:.1} to {high_deg:.1}; {next}"
     )]
     Neutral {
         /// The joint.
@@ -276,6 +462,8 @@ pub enum ModelError {
         low_deg: f64,
         /// To.
         high_deg: f64,
+        /// What to do.
+        next: String,
     },
     /// A slope that turning the knee does not give.
     #[error(

@@ -77,6 +77,14 @@ impl Field {
         FIELDS.into_iter().find(|field| field.name == name)
     }
 
+    /// Least and most where they are the same for every robot.
+    pub(super) fn fixed_bounds(&self) -> Option<(f64, f64)> {
+        match self.bounds {
+            Bounds::Between(min, max) => Some((min, max)),
+            Bounds::Foot => None,
+        }
+    }
+
     /// Least and most that this robot may have.
     #[must_use]
     pub fn bounds(&self, robot: &Robot) -> (f64, f64) {

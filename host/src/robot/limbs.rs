@@ -18,6 +18,8 @@ use protocol::{JOINT_COUNT, LEG_COUNT};
 /// Legs are drawn by hand: within these they are alike.
 const ALIKE_DEG: f64 = 0.1;
 const ALIKE_M: f64 = 1e-5;
+/// Many joints are drawn at the end of their range; so far beyond it is rounding.
+const AT_END_RAD: f64 = 1e-3;
 
 /// Bodies that move as one.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,15 +178,18 @@ impl Leg {
         let turn_rad = Slopes::of(drawn).nearest_rad(robot.geometry.shin_below_horizontal_deg.to_radians());
         // Neutral reads 0 from here on.
         knee.in_child *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -turn_rad);
-        knee.range_rad = knee.range_rad.map(|range| range.map(|end| end - turn_rad));
-        Self {
-            hip: drawn.hip.clone(),
-            knee,
-            thigh: link(&scaled(&drawn.thigh, &thigh_stretch)),
-            shin: link(&shin),
-            foot_m,
-        }
+        knee.range_rad = knee.range_rad.map(|range| with_neutral(range.map(|end| end - turn_rad)));
+        let mut hip = drawn.hip.clone();
+        hip.range_rad = hip.range_rad.map(with_neutral);
+        Self { hip, knee, thigh: link(&scaled(&drawn.thigh, &thigh_stretch)), shin: link(&shin), foot_m }
     }
+}
+
+/// The range with neutral in it, where that is outside by rounding only.
+fn with_neutral([low, high]: [f64; 2]) -> [f64; 2] {
+    let low = if low > 0.0 && low < AT_END_RAD { 0.0 } else { low };
+    let high = if high < 0.0 && high > -AT_END_RAD { 0.0 } else { high };
+    [low, high]
 }
 
 /// How a shin slopes as its knee turns, all other joints as drawn.
@@ -279,12 +284,22 @@ pub fn check_neutral(robot: &Robot) -> Result<(), ModelError> {
         }
         let range_rad = if j < LEG_COUNT { leg.hip.range_rad } else { leg.knee.range_rad };
         let [low, high] = range_rad.unwrap_or([-2.0 * PI, 2.0 * PI]);
-        if !(low..=high).contains(&neutral_rad) {
+        if !(low - AT_END_RAD..=high + AT_END_RAD).contains(&neutral_rad) {
+            let next = if j < LEG_COUNT {
+                "a hip is neutral as it is drawn: turn its drawing, or change its range".to_owned()
+            } else {
+                let [one, other] = [low, high].map(|end| Slopes::of(leg).at_rad(end).to_degrees());
+                format!(
+                    "change its range or geometry.shin_below_horizontal_deg; the ends of its range slope the \
+                     shin by {one:.1} and {other:.1} degrees"
+                )
+            };
             return Err(ModelError::Neutral {
                 joint: joint.clone(),
                 neutral_deg: neutral_rad.to_degrees(),
                 low_deg: low.to_degrees(),
                 high_deg: high.to_degrees(),
+                next,
             });
         }
     }

@@ -8,7 +8,7 @@ use super::inertia::Inertia;
 use super::solid::{Shape, Solid};
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use quick_xml::Reader;
-use quick_xml::events::Event;
+use quick_xml::events::{BytesStart, Event};
 use rapier3d::prelude::*;
 
 /// A robot of eight servos takes a few kilobytes.
@@ -17,12 +17,32 @@ const MOST_BYTES: usize = 1 << 20;
 const MOST_DEPTH: usize = 64;
 /// Largest length, mass or angle that is plausible, in m, kg or rad.
 const MOST: f64 = 1000.0;
+/// Largest density in kg/m^3; osmium has 22,590.
+pub const MOST_DENSITY: f64 = 25_000.0;
+/// Largest moment of inertia that a loader may see, in kg m^2. Moments that do
+/// not suit a part's size are found later, by the radius of gyration.
+pub const MOST_MOMENT: f64 = 1e12;
+/// Hinges that turn farther than this have no limit: files say 1e16 or infinity.
+const UNLIMITED_RAD: f64 = 1000.0;
 /// What the engine's single precision may differ by, as a share.
 const SINGLE: f64 = 1e-6;
 
+/// What is wrong with the two formats' texts in the same way.
+#[derive(Debug, Clone, Copy)]
+pub struct Format {
+    /// Its root element.
+    pub root: &'static str,
+    /// The other format's root element.
+    pub other_root: &'static str,
+    /// How files of the other format are named.
+    pub other_ending: &'static str,
+    /// Elements that take in other files.
+    pub other_files: &'static [&'static str],
+}
+
 /// Refuses a text that would take a parser's memory or stack, that has parts
-/// in other files by one of the `other_files` elements, or that is not XML.
-pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelError> {
+/// in other files, that is a xacro or of the other format, or that is not XML.
+pub fn check_text(text: &str, format: &Format) -> Result<(), ModelError> {
     if text.len() > MOST_BYTES {
         return Err(ModelError::TooLong { bytes: text.len(), most: MOST_BYTES });
     }
@@ -40,9 +60,14 @@ pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelE
             Event::Empty(tag) => (tag, false),
             _ => continue,
         };
+        check_xacro(&tag)?;
         // Whatever its prefix: parsers go by the local name.
         let name = tag.local_name();
-        if let Some(tag) = other_files.iter().find(|tag| tag.as_bytes() == name.as_ref()) {
+        if depth == 0 && name.as_ref() == format.other_root.as_bytes() {
+            let Format { root, other_root, other_ending, .. } = *format;
+            return Err(ModelError::OtherFormat { root, other_root, other_ending });
+        }
+        if let Some(tag) = format.other_files.iter().find(|tag| tag.as_bytes() == name.as_ref()) {
             return Err(ModelError::Include { tag });
         }
         if depth + 1 > MOST_DEPTH {
@@ -52,12 +77,41 @@ pub fn check_text(text: &str, other_files: &[&'static str]) -> Result<(), ModelE
     }
 }
 
-/// Refuses NaN and numbers beyond +-1000.
-pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
-    match values.iter().find(|value| !(-MOST..=MOST).contains(*value)) {
-        Some(value) => Err(ModelError::Number { what: what(), value: *value, most: MOST }),
+/// Refuses what xacro has still to expand: its elements, and `${...}` or `$(...)` in
+/// an attribute. The namespace alone also remains in expanded files.
+fn check_xacro(tag: &BytesStart<'_>) -> Result<(), ModelError> {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let is_xacro = tag.name().prefix().is_some_and(|prefix| prefix.as_ref() == b"xacro");
+    if is_xacro {
+        return Err(ModelError::Xacro { what: format!("<{}>", text(tag.name().as_ref())) });
+    }
+    // Attributes that are not well formed are the parser's to tell.
+    let mut attributes = tag.attributes();
+    let mut values = attributes.with_checks(false).flatten().map(|attribute| text(&attribute.value));
+    match values.find(|value| value.contains("${") || value.contains("$(")) {
+        Some(what) => Err(ModelError::Xacro { what: format!("{what:?}") }),
         None => Ok(()),
     }
+}
+
+/// Refuses NaN and numbers beyond +-1000.
+pub fn check_numbers(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
+    check_within(what, values, MOST)
+}
+
+/// Refuses NaN and numbers beyond +-`most`.
+pub fn check_within(what: impl Fn() -> String, values: &[f64], most: f64) -> Result<(), ModelError> {
+    match values.iter().find(|value| !(-most..=most).contains(*value)) {
+        Some(value) => Err(ModelError::Number { what: what(), value: *value, most }),
+        None => Ok(()),
+    }
+}
+
+/// Limits of any size as the loaders take them: what is beyond every hinge's
+/// turn becomes +-1000 rad.
+pub fn bounded_limits(limits_rad: [f64; 2]) -> [f64; 2] {
+    // NaN remains, and is refused.
+    limits_rad.map(|limit_rad| limit_rad.clamp(-UNLIMITED_RAD, UNLIMITED_RAD))
 }
 
 /// What the file said, up to seven digits: loaders keep single precision, and
@@ -126,6 +180,10 @@ pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
                 Shape::Cylinder { half_m: wide(cylinder.half_height), radius_m: wide(cylinder.radius) };
             Ok(Solid { pose: pose * upright, shape })
         }
-        _ => Err(ModelError::Shape { body: body.to_owned(), shape: "shape that is none of these" }),
+        _ => Err(ModelError::Shape {
+            body: body.to_owned(),
+            shape: "shape that is none of these",
+            looks: "none touches",
+        }),
     }
 }

@@ -6,21 +6,32 @@
 //! and the world's own shapes are not read: joints are servos, and those and
 //! the ground are `robot.toml`'s.
 
+mod geom;
+pub mod range;
+
 use super::error::ModelError;
-use super::loaded;
+use super::loaded::{self, Format};
 use super::raw::{Hinge, Kind, Raw, RawBody, RawJoint};
+use super::warning::RobotWarning;
 use rapier3d::dynamics::JointAxesMask;
-use rapier3d_mjcf::mjcf_rs::body::{Body, Geom, GeomType, InertiaSpec, JointType};
-use rapier3d_mjcf::mjcf_rs::compiler::InertiaFromGeom;
+use rapier3d_mjcf::mjcf_rs::body::{Body, InertiaSpec, JointType};
 use rapier3d_mjcf::mjcf_rs::{Model, Pose};
 use rapier3d_mjcf::{MjcfLoaderOptions, MjcfRobot};
 use std::path::Path;
 
+const FORMAT: Format = Format {
+    root: "mujoco",
+    other_root: "robot",
+    other_ending: ".urdf",
+    other_files: &["include", "attach"],
+};
+
 /// Reads a file's text.
 pub fn read(text: &str) -> Result<Raw, ModelError> {
-    loaded::check_text(text, &["include", "attach"])?;
+    loaded::check_text(text, &FORMAT)?;
     let mut model = Model::from_str(text, Path::new("")).map_err(|e| ModelError::Mjcf(Box::new(e)))?;
-    check(&mut model)?;
+    let mut warnings = range::check(&mut model)?;
+    warnings.extend(check(&mut model)?);
     let robot = MjcfRobot::from_model(&model, MjcfLoaderOptions::default(), Path::new(""));
     if !robot.equality_joints.is_empty() || !model.equality.is_empty() || !model.tendons.is_empty() {
         return Err(ModelError::Unsupported { what: "an <equality> or <tendon>".to_owned() });
@@ -28,7 +39,7 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
     // The world's own body is not one of the robot's: indices move down by one.
     let free: Vec<usize> =
         robot.qpos_dofs.iter().filter(|dof| dof.joint.is_none()).map(|dof| dof.body).collect();
-    let mut raw = Raw::default();
+    let mut raw = Raw { warnings, ..Raw::default() };
     for (k, body) in robot.bodies.iter().enumerate().skip(1) {
         let name = body.name.clone().unwrap_or_else(|| format!("body {k} without a name"));
         let drawn = &model.bodies[body.mjcf_body_id].body;
@@ -42,13 +53,18 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
     }
     for (k, joint) in robot.joints.iter().enumerate() {
         let name = joint.name.clone().unwrap_or_else(|| format!("joint {k} without a name"));
+        let kind = kind_of(joint.joint.locked_axes);
         if joint.link1 == 0 || joint.link2 == 0 {
-            return Err(ModelError::Held { body: raw.bodies[joint.link2.max(1) - 1].name.clone() });
+            let body = raw.bodies[joint.link2.max(1) - 1].name.clone();
+            return Err(match kind {
+                Kind::Fixed => ModelError::Held { body },
+                Kind::Hinge => ModelError::Tied { joint: name, kind: "hinge", body },
+                Kind::Other(kind) => ModelError::Tied { joint: name, kind, body },
+            });
         }
         if joint.spring_stiffness_per_dof != 0.0 || joint.springdamper.is_some() {
             return Err(ModelError::Unsupported { what: format!("the spring of joint {name:?}") });
         }
-        let locked = joint.joint.locked_axes;
         raw.joints.push(RawJoint {
             name,
             parent: joint.link1 - 1,
@@ -58,22 +74,27 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
                 in_child: loaded::frame(&joint.joint.local_frame2),
                 range_rad: loaded::range_rad(&joint.joint),
             },
-            kind: if locked == JointAxesMask::LOCKED_FIXED_AXES {
-                Kind::Fixed
-            } else if locked == JointAxesMask::LOCKED_REVOLUTE_AXES {
-                Kind::Hinge
-            } else if locked == JointAxesMask::LOCKED_PRISMATIC_AXES {
-                Kind::Other("slide")
-            } else {
-                Kind::Other("ball joint")
-            },
+            kind,
         });
     }
     Ok(raw)
 }
 
+fn kind_of(locked: JointAxesMask) -> Kind {
+    if locked == JointAxesMask::LOCKED_FIXED_AXES {
+        Kind::Fixed
+    } else if locked == JointAxesMask::LOCKED_REVOLUTE_AXES {
+        Kind::Hinge
+    } else if locked == JointAxesMask::LOCKED_PRISMATIC_AXES {
+        Kind::Other("slide")
+    } else {
+        Kind::Other("ball joint")
+    }
+}
+
 /// Every number and shape, and drops what is only to be looked at.
-fn check(model: &mut Model) -> Result<(), ModelError> {
+fn check(model: &mut Model) -> Result<Vec<RobotWarning>, ModelError> {
+    let mut warnings = Vec::new();
     let from_geoms = model.compiler.inertia_from_geom;
     for (k, entry) in model.bodies.iter_mut().enumerate() {
         let body = &mut entry.body;
@@ -83,19 +104,10 @@ fn check(model: &mut Model) -> Result<(), ModelError> {
             body.geoms.clear();
             continue;
         }
-        let weighs = match from_geoms {
-            InertiaFromGeom::True => true,
-            InertiaFromGeom::False => false,
-            InertiaFromGeom::Auto => body.inertial.is_none(),
-        };
-        body.geoms.retain(|geom| weighs || touches(geom));
         check_body(&name, body)?;
+        warnings.extend(geom::check(&name, body, from_geoms)?);
     }
-    Ok(())
-}
-
-fn touches(geom: &Geom) -> bool {
-    geom.contype != 0 || geom.conaffinity != 0
+    Ok(warnings)
 }
 
 fn check_body(name: &str, body: &Body) -> Result<(), ModelError> {
@@ -106,8 +118,8 @@ fn check_body(name: &str, body: &Body) -> Result<(), ModelError> {
         loaded::check_numbers(what, &numbers(&inertial.pose))?;
         loaded::check_numbers(what, &[inertial.mass])?;
         match &inertial.inertia {
-            InertiaSpec::Diagonal(moments) => loaded::check_numbers(what, moments)?,
-            InertiaSpec::Full(moments) => loaded::check_numbers(what, moments)?,
+            InertiaSpec::Diagonal(moments) => loaded::check_within(what, moments, loaded::MOST_MOMENT)?,
+            InertiaSpec::Full(moments) => loaded::check_within(what, moments, loaded::MOST_MOMENT)?,
         }
         if inertial.mass < 0.0 {
             return Err(ModelError::NotPositive { what: of("the mass"), value: inertial.mass });
@@ -126,33 +138,10 @@ fn check_body(name: &str, body: &Body) -> Result<(), ModelError> {
             return Err(ModelError::NotPositive { what, value: length });
         }
     }
-    body.geoms.iter().try_for_each(|geom| check_geom(name, geom))
+    Ok(())
 }
 
-fn check_geom(body: &str, geom: &Geom) -> Result<(), ModelError> {
-    let what = || format!("a geom of body {body:?}");
-    let refuse = |shape| Err(ModelError::Shape { body: body.to_owned(), shape });
-    let sizes = match geom.type_ {
-        GeomType::Sphere => 1,
-        GeomType::Capsule | GeomType::Cylinder if geom.fromto.is_some() => 1,
-        GeomType::Capsule | GeomType::Cylinder => 2,
-        GeomType::Box => 3,
-        GeomType::Plane => return refuse("plane"),
-        GeomType::Hfield => return refuse("height field"),
-        GeomType::Ellipsoid => return refuse("ellipsoid"),
-        GeomType::Mesh => return refuse("mesh"),
-        GeomType::Sdf => return refuse("distance field"),
-    };
-    loaded::check_numbers(what, &geom.size)?;
-    loaded::check_numbers(what, &numbers(&geom.pose))?;
-    loaded::check_numbers(what, &geom.fromto.unwrap_or_default())?;
-    loaded::check_numbers(what, &[geom.mass.unwrap_or_default(), geom.density.unwrap_or_default()])?;
-    match geom.size[..sizes].iter().find(|size| **size <= 0.0) {
-        Some(size) => Err(ModelError::NotPositive { what: format!("a size of {}", what()), value: *size }),
-        None => Ok(()),
-    }
-}
-
+/// Of a pose.
 fn numbers(pose: &Pose) -> [f64; 7] {
     let [x, y, z] = pose.translation.to_array();
     let [i, j, k, w] = pose.rotation.to_array();

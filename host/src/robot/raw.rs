@@ -4,6 +4,7 @@
 
 use super::inertia::Inertia;
 use super::solid::Solid;
+use super::warning::RobotWarning;
 use nalgebra::Isometry3;
 
 /// A file's bodies and joints, in either format.
@@ -12,6 +13,10 @@ pub struct Raw {
     /// All of them, the world's own body excluded.
     pub bodies: Vec<RawBody>,
     pub joints: Vec<RawJoint>,
+    /// Whether the file is a URDF: advice is in the file's own format.
+    pub is_urdf: bool,
+    /// What is probably not meant as it is written.
+    pub warnings: Vec<RobotWarning>,
 }
 
 #[derive(Debug)]

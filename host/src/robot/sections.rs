@@ -142,6 +142,15 @@ pub struct Supply {
     pub resistance_ohm: f64,
 }
 
+impl Supply {
+    /// Most power that it gives, in W: where its voltage has sunk to half. Infinite
+    /// without resistance.
+    #[must_use]
+    pub fn most_power_w(&self) -> f64 {
+        self.nominal_v * self.nominal_v / (4.0 * self.resistance_ohm)
+    }
+}
+
 /// Which measured trials a description was fitted to, and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -59,6 +59,79 @@ impl Solid {
         pose.translation.z - reach_m
     }
 
+    /// Distance of its farthest point from a point of its part.
+    pub fn farthest_m(&self, from: &Point3<f64>) -> f64 {
+        let from = self.pose.inverse() * from;
+        match &self.shape {
+            Shape::Ball { radius_m } => from.coords.norm() + radius_m,
+            Shape::Capsule { half_m, radius_m } => {
+                Vector3::new(from.x, from.y, from.z.abs() + half_m).norm() + radius_m
+            }
+            Shape::Cylinder { half_m, radius_m } => {
+                (from.x.hypot(from.y) + radius_m).hypot(from.z.abs() + half_m)
+            }
+            Shape::Cuboid { half_m } => (from.coords.abs() + half_m).norm(),
+        }
+    }
+
+    /// Whether it is nearer to the ground than `contact_m` anywhere but within
+    /// `radius_m` of `foot_m`, where its part stands at `part`.
+    pub fn touches_beyond(
+        &self,
+        part: &Isometry3<f64>,
+        contact_m: f64,
+        foot_m: &Point3<f64>,
+        radius_m: f64,
+    ) -> bool {
+        if self.lowest_m(part) >= contact_m {
+            return false;
+        }
+        // The lowest point is on one of the edges, up to rounding.
+        let (pose, contact_m) = (part * self.pose, contact_m + 1e-9);
+        self.low_edges_m(&pose).iter().any(|[one, other]| {
+            let (low, high) = if one.z <= other.z { (one, other) } else { (other, one) };
+            if low.z >= contact_m {
+                return false;
+            }
+            // The part of the edge that is in contact ends there.
+            let rise_m = high.z - low.z;
+            let share = if rise_m > contact_m - low.z { (contact_m - low.z) / rise_m } else { 1.0 };
+            let end = low + (high - low) * share;
+            (low - foot_m).norm() > radius_m || (end - foot_m).norm() > radius_m
+        })
+    }
+
+    /// Lines along its surface that hold its lowest points, whatever way it is turned.
+    fn low_edges_m(&self, pose: &Isometry3<f64>) -> Vec<[Point3<f64>; 2]> {
+        let end = |x: f64, y: f64, z: f64| pose * Point3::new(x, y, z);
+        match &self.shape {
+            Shape::Ball { radius_m } => {
+                let low = Point3::from(pose.translation.vector) - Vector3::z() * *radius_m;
+                vec![[low, low]]
+            }
+            Shape::Capsule { half_m, radius_m } => {
+                let low = |z: f64| end(0.0, 0.0, z) - Vector3::z() * *radius_m;
+                vec![[low(-half_m), low(*half_m)]]
+            }
+            Shape::Cylinder { half_m, radius_m } => {
+                let down = pose.rotation.inverse() * -Vector3::z();
+                let out = Vector3::new(down.x, down.y, 0.0).try_normalize(1e-9).unwrap_or_else(Vector3::x);
+                let rim = |side: f64, z: f64| end(side * radius_m * out.x, side * radius_m * out.y, z);
+                let along = [rim(1.0, -half_m), rim(1.0, *half_m)];
+                // Across both flat ends, for one that stands upright.
+                vec![along, [rim(1.0, -half_m), rim(-1.0, -half_m)], [rim(1.0, *half_m), rim(-1.0, *half_m)]]
+            }
+            Shape::Cuboid { half_m } => {
+                let corner = |k: usize| {
+                    let side = |axis: usize| if k >> axis & 1 == 0 { -half_m[axis] } else { half_m[axis] };
+                    end(side(0), side(1), side(2))
+                };
+                let pairs = (0..8).flat_map(|k| [1, 2, 4].map(|bit| (k, k | bit))).filter(|(k, l)| k != l);
+                pairs.map(|(k, l)| [corner(k), corner(l)]).collect()
+            }
+        }
+    }
+
     /// The same solid on a part in another frame.
     pub fn moved(&self, to: &Isometry3<f64>) -> Self {
         Self { pose: to * self.pose, shape: self.shape.clone() }

@@ -5,17 +5,25 @@
 //! inertias. Not read: looks, damping, friction, effort and velocity limits:
 //! joints are servos, and those are `robot.toml`'s.
 
+mod limits;
+mod root;
+
 use super::error::ModelError;
-use super::loaded;
+use super::loaded::{self, Format};
 use super::raw::{Hinge, Kind, Raw, RawBody, RawJoint};
+use super::warning::RobotWarning;
 use rapier3d_urdf::urdf_rs::{self, Geometry, Joint, JointType, Link, Pose};
 use rapier3d_urdf::{UrdfLoaderOptions, UrdfRobot};
 use std::path::Path;
 
+const FORMAT: Format = Format { root: "robot", other_root: "mujoco", other_ending: ".xml", other_files: &[] };
+/// No origin is turned farther than once around.
+const TURN_RAD: f64 = 6.4;
+
 /// Reads a file's text.
 pub fn read(text: &str) -> Result<Raw, ModelError> {
-    loaded::check_text(text, &[])?;
-    let model = urdf_rs::read_from_string(text).map_err(|e| ModelError::Urdf(Box::new(e)))?;
+    loaded::check_text(text, &FORMAT)?;
+    let mut model = urdf_rs::read_from_string(text).map_err(|e| ModelError::Urdf(Box::new(e)))?;
     model.links.iter().try_for_each(check_link)?;
     for joint in &model.joints {
         check_joint(joint)?;
@@ -30,11 +38,14 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
             }
         }
     }
+    let mut warnings = limits::check(&mut model, text)?;
+    warnings.extend(turned(&model));
+    root::drop_above_floating(&mut model)?;
     // Links without a body of their own are parts of those that they are fixed
     // to; that is for us to find, so the loader is to leave them.
     let options = UrdfLoaderOptions { squeeze_empty_fixed_links: false, ..UrdfLoaderOptions::default() };
     let robot = UrdfRobot::from_robot(&model, options, Path::new(""));
-    let mut raw = Raw::default();
+    let mut raw = Raw { is_urdf: true, warnings, ..Raw::default() };
     for link in &robot.links {
         let drawn = &model.links[link.urdf_link_index];
         let name = drawn.name.clone();
@@ -71,6 +82,17 @@ pub fn read(text: &str) -> Result<Raw, ModelError> {
     Ok(raw)
 }
 
+/// Origins that are turned farther than once around.
+fn turned(model: &urdf_rs::Robot) -> Option<RobotWarning> {
+    let joints = model.joints.iter().map(|joint| (format!("joint {:?}", joint.name), &joint.origin));
+    let shapes = model.links.iter().flat_map(|link| {
+        link.collision.iter().map(|one| (format!("a <collision> of link {:?}", link.name), &one.origin))
+    });
+    let far = |pose: &Pose| pose.rpy.iter().copied().find(|angle| angle.abs() > TURN_RAD);
+    let (what, angle) = joints.chain(shapes).find_map(|(what, pose)| Some((what, far(pose)?)))?;
+    Some(RobotWarning::Turned { what, angle, radians: angle.to_radians() })
+}
+
 fn numbers(pose: &Pose) -> Vec<f64> {
     pose.xyz.iter().chain(pose.rpy.iter()).copied().collect()
 }
@@ -81,7 +103,7 @@ fn check_link(link: &Link) -> Result<(), ModelError> {
     let urdf_rs::Inertial { origin, mass, inertia } = &link.inertial;
     loaded::check_numbers(what, &numbers(origin))?;
     let moments = [inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz];
-    loaded::check_numbers(what, &moments)?;
+    loaded::check_within(what, &moments, loaded::MOST_MOMENT)?;
     loaded::check_numbers(what, &[mass.value])?;
     if mass.value < 0.0 {
         return Err(ModelError::NotPositive {
@@ -102,7 +124,7 @@ fn check_link(link: &Link) -> Result<(), ModelError> {
             }
             Geometry::Sphere { radius } => vec![*radius],
             Geometry::Mesh { .. } => {
-                return Err(ModelError::Shape { body: name.clone(), shape: "mesh" });
+                return Err(ModelError::Shape { body: name.clone(), shape: "mesh", looks: "in <visual>" });
             }
         };
         loaded::check_numbers(what, &sizes)?;
@@ -117,7 +139,10 @@ fn check_joint(joint: &Joint) -> Result<(), ModelError> {
     let what = || format!("joint {:?}", joint.name);
     loaded::check_numbers(what, &numbers(&joint.origin))?;
     loaded::check_numbers(what, joint.axis.xyz.as_slice())?;
-    loaded::check_numbers(what, &[joint.limit.lower, joint.limit.upper])?;
+    // Infinite limits are none, but NaN is no number.
+    if joint.limit.lower.is_nan() || joint.limit.upper.is_nan() {
+        loaded::check_numbers(|| format!("the <limit> of {}", what()), &[f64::NAN])?;
+    }
     let length = joint.axis.xyz.iter().map(|part| part * part).sum::<f64>().sqrt();
     if joint.joint_type != JointType::Fixed && length < 1e-6 {
         let what = format!("the length of the axis of {}", what());

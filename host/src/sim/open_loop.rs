@@ -71,6 +71,8 @@ pub struct Walk {
     pub dragged_share: f64,
     /// Share of the time in which a servo pulled with more than [`STRAINED`] of its torque.
     pub strained_share: f64,
+    /// Share of the time in which the servos asked for more power than the supply gives.
+    pub supply_limited_share: f64,
     /// Whether it fell at any time, the entry included.
     pub fell: bool,
 }
@@ -128,6 +130,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let mut max_tilt_rad = 0.0_f64;
     let mut dragged_frames = 0;
     let mut strained_steps = 0;
+    let mut limited_steps = 0.0;
     for frame in 0..frame_count {
         let setpoints = gait(frame as f64 / FRAME_RATE_HZ).map(Some);
         for _ in 0..World::STEPS_PER_FRAME {
@@ -136,6 +139,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
             mechanical_j += outcome.mechanical_power_w * World::STEP_S;
             holding_j += outcome.holding_power_w * World::STEP_S;
             strained_steps += usize::from(outcome.torque_share > STRAINED);
+            limited_steps += outcome.supply_limited_share;
         }
         let torso = world.torso();
         let turn_rad = torso.yaw_rad() - yaw_rad;
@@ -151,7 +155,8 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
     let duration_s = (frame_count as f64 / FRAME_RATE_HZ).max(World::STEP_S);
     let displacement_m = [0, 1].map(|axis| after.position_m[axis] - before.position_m[axis]);
     let distance_m = displacement_m[0].hypot(displacement_m[1]);
-    let energy_j = servo_energy_j + world.robot().power.electronics_w * duration_s;
+    let electronics_w = world.robot().power.electronics_w.min(world.robot().supply.most_power_w());
+    let energy_j = servo_energy_j + electronics_w * duration_s;
     Walk {
         distance_m,
         displacement_m,
@@ -166,6 +171,7 @@ pub fn play_in(world: &mut World, trial: &Trial, gait: &mut dyn FnMut(f64) -> [f
         max_tilt_rad,
         dragged_share: dragged_frames as f64 / frame_count.max(1) as f64,
         strained_share: strained_steps as f64 / (frame_count * World::STEPS_PER_FRAME).max(1) as f64,
+        supply_limited_share: limited_steps / (frame_count * World::STEPS_PER_FRAME).max(1) as f64,
         fell,
     }
 }

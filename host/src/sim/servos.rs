@@ -102,8 +102,17 @@ impl Servos {
                 voltage_share * (servo.stiffness_n_m_rad * outside_rad).clamp(-limit_n_m, limit_n_m)
             }
         };
+        pull_n_m - self.beyond_stop_n_m(j, angle_rad)
+    }
+
+    /// The part of [`Self::pull_n_m`] that is the end stop's, at the same angle.
+    pub fn stop_n_m(&self, j: usize, angle_rad: f64) -> f64 {
+        -self.beyond_stop_n_m(j, angle_rad)
+    }
+
+    fn beyond_stop_n_m(&self, j: usize, angle_rad: f64) -> f64 {
         let [low_rad, high_rad] = self.stops_rad[j];
-        pull_n_m - self.stops_n_m_rad[j] * (angle_rad - angle_rad.max(low_rad).min(high_rad))
+        self.stops_n_m_rad[j] * (angle_rad - angle_rad.max(low_rad).min(high_rad))
     }
 }
 

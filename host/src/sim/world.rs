@@ -59,6 +59,9 @@ pub struct StepOutcome {
     pub holding_power_w: f64,
     /// Maximum over servos of torque over torque limit.
     pub torque_share: f64,
+    /// Share of the step in which the servos asked for more power than the supply
+    /// gives. What is counted above is what it gives.
+    pub supply_limited_share: f64,
 }
 
 impl World {
@@ -143,14 +146,17 @@ impl World {
             mean.heat_power_w += share * one.heat_power_w;
             mean.holding_power_w += share * one.holding_power_w;
             mean.torque_share = mean.torque_share.max(one.torque_share);
+            mean.supply_limited_share += share * one.supply_limited_share;
         }
         mean
     }
 
     fn substep(&mut self, asked_rad: &[Option<f64>; JOINT_COUNT]) -> StepOutcome {
         let setpoints_rad = self.servos.receive(asked_rad);
+        let mut at_stops_n_m = [0.0; JOINT_COUNT];
         let torques_n_m = core::array::from_fn(|j| {
             let angle_rad = self.joint_angles_rad[j];
+            at_stops_n_m[j] = self.servos.stop_n_m(j, angle_rad);
             self.servos.pull_n_m(&self.robot.servo, j, setpoints_rad[j], angle_rad, self.voltage_share)
         });
         let speeds_before_rad_s = self.joint_speeds_rad_s;
@@ -162,7 +168,7 @@ impl World {
         self.read_joints();
 
         let mut outcome = StepOutcome::default();
-        let power = &self.robot.power;
+        let (power, supply) = (&self.robot.power, &self.robot.supply);
         for (j, pull_n_m) in torques_n_m.iter().enumerate() {
             // Without pulses the gears only brake, and no power is drawn.
             if setpoints_rad[j].is_none() {
@@ -174,8 +180,9 @@ impl World {
             let horn_w = torque_n_m * speed_rad_s;
             let pulled = pull_n_m.abs() / self.robot.servo.torque_limit_n_m;
             outcome.torque_share = outcome.torque_share.max(pulled);
-            // Torque that the gears' friction takes up does not pass the winding.
-            let motor_n_m = pull_n_m - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
+            // Torque that the gears' friction or the end stop takes up does not pass the winding.
+            let motor_n_m =
+                pull_n_m - at_stops_n_m[j] - self.robot.servo.damping_n_m_s_rad * self.joint_speeds_rad_s[j];
             let heat_w = power.heat_w_per_n2_m2 * motor_n_m * motor_n_m;
             outcome.mechanical_power_w += horn_w.max(0.0);
             outcome.returned_power_w += (-horn_w).max(0.0);
@@ -183,10 +190,18 @@ impl World {
             outcome.holding_power_w += (heat_w + (motor_n_m * speed_rad_s).min(0.0)).max(0.0);
         }
         outcome.servo_power_w = outcome.mechanical_power_w / power.efficiency + outcome.holding_power_w;
-        let supply = &self.robot.supply;
         let current_a = outcome.servo_power_w / supply.nominal_v;
         self.voltage_share =
             (1.0 - current_a * supply.resistance_ohm / supply.nominal_v).max(LEAST_VOLTAGE_SHARE);
+        // Nothing draws more than a supply gives, whatever the torques are.
+        let most_w = (supply.most_power_w() - power.electronics_w).max(0.0);
+        if outcome.servo_power_w > most_w {
+            let share = most_w / outcome.servo_power_w;
+            outcome.servo_power_w = most_w;
+            outcome.mechanical_power_w *= share;
+            outcome.holding_power_w *= share;
+            outcome.supply_limited_share = 1.0;
+        }
         outcome
     }
 
@@ -283,16 +298,23 @@ impl World {
         self.feet_m().map(|[.., z]| z < radius_m + CONTACT_M)
     }
 
-    /// Whether anything but the feet touches the ground.
+    /// Whether anything but the feet touches the ground. A shin that touches within
+    /// its foot's ball, as one that ends in a ball of its own thickness does, is the foot.
     #[must_use]
     pub fn body_touches_ground(&self) -> bool {
         let Body { physics, torso, thighs, shins, .. } = &self.body;
-        let legs = self.limbs.legs.iter().zip(core::iter::zip(thighs, shins));
-        let links = legs.flat_map(|(leg, (thigh, shin))| [(&leg.thigh, thigh), (&leg.shin, shin)]);
-        core::iter::once((&self.limbs.torso, torso)).chain(links).any(|(link, handle)| {
+        let bodies = self.limbs.legs.iter().map(|leg| &leg.thigh).zip(thighs);
+        let touches = core::iter::once((&self.limbs.torso, torso)).chain(bodies).any(|(link, handle)| {
             let pose = frame(physics.bodies[*handle].position());
             link.solids.iter().any(|solid| solid.lowest_m(&pose) < CONTACT_M)
-        })
+        });
+        let foot_m = self.limbs.foot_radius_m + CONTACT_M;
+        touches
+            || self.limbs.legs.iter().zip(shins).any(|(leg, handle)| {
+                let pose = frame(physics.bodies[*handle].position());
+                let middle = pose * leg.foot_m;
+                leg.shin.solids.iter().any(|solid| solid.touches_beyond(&pose, CONTACT_M, &middle, foot_m))
+            })
     }
 
     /// Whether the torso leans more than 1 rad.

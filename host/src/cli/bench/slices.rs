@@ -64,7 +64,7 @@ fn walk(env: &mut AntEnv, seed: u64, steps: u32) {
     }
 }
 
-/// Updates a second, batches drawn.
+/// Updates a second, batches sampled.
 pub struct UpdatesPerS {
     /// The learner's on plain memory.
     pub ours: f64,

@@ -215,8 +215,9 @@ fn print(study: &Study, folder: &Path) {
     for best in &study.best {
         let paper = |value: Option<f64>| value.map_or("     ".to_owned(), |value| format!("{value:.3}"));
         println!(
-            "{:>4} L {:18} {}   {}   {}   {}",
-            best.leg,
+            "{:>6} {:18} {}   {}   {}   {}",
+            // A width applies to text only.
+            best.leg.to_string(),
             best.method.label(),
             shown(best.cost_of_transport, best.cost_amplification),
             paper(best.paper_cost_of_transport),

@@ -183,5 +183,5 @@ fn discard_typed_ahead() {
 /// The trial that comes next, in words.
 pub fn title(place: Place, number: u32, left: usize) -> String {
     let Place { method, leg, amplification } = place;
-    format!("{} at {amplification:?}x, legs of {leg} L, trial {}; {left} left", method.label(), number + 1)
+    format!("{} at {amplification:?}x, legs of {leg}, trial {}; {left} left", method.label(), number + 1)
 }

@@ -43,7 +43,7 @@ impl Walks<'_> {
             if numbers.is_empty() {
                 continue;
             }
-            bar.set_message(format!("{} {} L", place.method.label(), place.leg));
+            bar.set_message(format!("{} {}", place.method.label(), place.leg));
             let trials = twin_trials::walk(self.plan, self.legs, self.authors, *place, &numbers, self.stop);
             bar.inc(trials.len() as u64);
             ledger.add(trials)?;

@@ -33,6 +33,9 @@ pub fn print(args: &Args, simulated: &Simulated) -> serde_json::Result<()> {
         warn(warning);
     }
     if args.json {
+        // Those of the robot were printed before the walks.
+        let of_robot = simulated.material.robot.warnings().into_iter().map(|warning| warning.to_string());
+        let warnings = of_robot.chain(warnings).collect();
         println!("{:#}", serde_json::to_value(result(args, simulated, warnings))?);
     } else {
         print_table(args, simulated);
@@ -77,6 +80,19 @@ fn warnings(simulated: &Simulated) -> Vec<String> {
             peak.jump_deg,
             simulated.amplitude_typed,
             frames(peak.jump_deg)
+        ));
+    }
+    let limited_share = simulated.walks.iter().map(|walk| walk.supply_limited_share).fold(0.0, f64::max);
+    if limited_share > 0.0 {
+        let robot = &material.robot;
+        warnings.push(format!(
+            "for {} of the time the servos ask for more than the {:.1} W that a supply of {} V behind {} ohm gives at \
+             most (V^2 / 4R); power and cost of transport count what it gives, but a real robot would be slower: \
+             correct [supply], or take a stronger one",
+            share_text(limited_share),
+            robot.supply.most_power_w(),
+            robot.supply.nominal_v,
+            robot.supply.resistance_ohm
         ));
     }
     warnings

@@ -108,7 +108,7 @@ impl Held<'_> {
         };
         let out = |method: Method| -> Vec<String> {
             let out = own(method).filter(|c| c.not_run.is_some());
-            out.map(|c| format!("{:?}x with {} L", c.amplification, c.leg)).collect()
+            out.map(|c| format!("{:?}x with {}", c.amplification, c.leg)).collect()
         };
         if own(Method::Original).next().is_none() || own(Method::Psto).next().is_none() {
             return not_judged(text);

@@ -25,7 +25,7 @@ fn the_paper_preset_is_table_1() {
     assert_eq!(paper.env.reward, RewardConfig::default());
 }
 
-/// Nothing of the paper's may hang on a default that somebody changes.
+/// The paper's preset must not change when a default does.
 #[test]
 fn the_paper_preset_names_every_number() {
     let named: toml::Table = toml::from_str(Preset::Paper.text()).unwrap();

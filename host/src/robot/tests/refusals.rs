@@ -211,7 +211,7 @@ fn numbers_that_are_none_are_refused_before_a_loader_sees_them() {
 #[test]
 fn ranges_that_are_none_or_leave_neutral_out_are_refused() {
     let text = changed_pony("<limit lower=\"-0.8\" upper=\"0.9\"", "<limit lower=\"0\" upper=\"0\"");
-    says(&text, &["front_left_knee", "0 to 0 rad"]);
+    says(&text, &["front_left_knee", "0 to 0", "continuous"]);
     let narrow = "<joint name=\"knee1\" range=\"10 20\" axis";
     says(&changed("ant.xml", "<joint name=\"knee1\" axis", narrow), &["knee1", "neutral", "10.0", "20.0"]);
 }
@@ -266,7 +266,7 @@ fn a_text_that_is_no_model_does_no_harm() {
         ("torso", "not MJCF"),
         ("<mujoco>", "not MJCF"),
         ("<mujoco/>", "model.torso"),
-        ("<robot/>", ""),
+        ("<robot/>", ".urdf"),
         ("<mujoco><worldbody><body name=\"torso\"><body/></worldbody></mujoco>", "not XML"),
         (deep.as_str(), "nested"),
         (disguised.as_str(), "nested"),

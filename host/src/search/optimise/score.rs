@@ -46,6 +46,7 @@ const LOST: Walk = Walk {
     max_tilt_rad: 0.0,
     dragged_share: 0.0,
     strained_share: 0.0,
+    supply_limited_share: 0.0,
     fell: true,
 };
 

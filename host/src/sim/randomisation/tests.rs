@@ -19,7 +19,7 @@ fn ant() -> Robot {
     Robot::ant(LegScale::LONG).expect("the Ant")
 }
 
-fn drawn(randomisation: Randomisation, seed: u64) -> Robot {
+fn sampled(randomisation: Randomisation, seed: u64) -> Robot {
     Robots::like(&ant(), randomisation).expect("robots differ").sampled(seed)
 }
 
@@ -36,7 +36,7 @@ fn reset(env: &mut AntEnv, seed: u64) -> [f32; OBSERVATION_LEN] {
 /// Least and most of a number over many robots, and what it is in the described one.
 fn range_of(name: &str, randomisation: Randomisation) -> [f64; 3] {
     let field = Field::named(name).expect("a field");
-    let values: Vec<f64> = (0..400).map(|seed| (field.get)(&drawn(randomisation, seed))).collect();
+    let values: Vec<f64> = (0..400).map(|seed| (field.get)(&sampled(randomisation, seed))).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     [least, most, (field.get)(&ant())]
@@ -61,7 +61,7 @@ fn episodes_of_two_seeds_walk_on_two_robots_and_of_one_seed_on_one() {
     let [one, other, again] = [3, 4, 3].map(&mut robot_of);
 
     assert_eq!(one, again);
-    assert_eq!(one, drawn(ALL, 3));
+    assert_eq!(one, sampled(ALL, 3));
     for name in
         ["ground.friction", "mass.torso_kg", "servo.delay_s", "servo.dead_band_deg", "supply.nominal_v"]
     {
@@ -135,15 +135,15 @@ fn friction_and_mass_fill_their_shares_and_no_more() {
     assert_fills("ground.friction", slippery, [-0.25 * friction, 0.25 * friction]);
     let loaded = Randomisation { mass_share: 0.1, ..Randomisation::NONE };
     assert_fills("mass.torso_kg", loaded, [-0.1 * robot_kg, 0.1 * robot_kg]);
-    let heavier = drawn(loaded, 1);
+    let heavier = sampled(loaded, 1);
     assert!((heavier.mass_kg() - robot_kg - (heavier.mass.torso_kg - torso_kg)).abs() < 1e-12);
 }
 
 #[test]
 fn one_kind_of_difference_moves_no_other_and_no_start() {
-    let alone = drawn(Randomisation { latency_s: 0.03, ..Randomisation::NONE }, 6);
+    let alone = sampled(Randomisation { latency_s: 0.03, ..Randomisation::NONE }, 6);
 
-    assert_eq!(drawn(ALL, 6).servo.delay_s, alone.servo.delay_s);
+    assert_eq!(sampled(ALL, 6).servo.delay_s, alone.servo.delay_s);
     let start = |randomisation| {
         let mut env = AntEnv::new(&ant(), AntEnvConfig { randomisation, ..AntEnvConfig::default() });
         reset(&mut env, 6);
@@ -152,7 +152,7 @@ fn one_kind_of_difference_moves_no_other_and_no_start() {
     assert_eq!(start(ALL), start(Randomisation::NONE));
 }
 
-/// Whatever a record says of its spread, what is drawn can be built.
+/// Whatever a record says of its spread, what is sampled can be built.
 #[test]
 fn a_drawn_robot_keeps_within_what_a_description_may_say() {
     let mut wide = ant();
@@ -181,7 +181,7 @@ fn a_drawn_robot_keeps_within_what_a_description_may_say() {
     }
 }
 
-/// A hip that is told to turn at the start does so the drawn delay later.
+/// A hip that is told to turn at the start does so after the sampled delay.
 #[test]
 fn latency_delays_what_the_servos_do() {
     let mut env = env(Randomisation { latency_s: 0.1, ..Randomisation::NONE });
@@ -229,7 +229,7 @@ fn a_low_supply_slows_the_servos_and_a_high_one_hurries_them() {
 
 #[test]
 fn voltage_moves_speed_and_torque_alike_and_leaves_the_damping() {
-    let (robot, described) = (drawn(Randomisation { supply_share: 0.3, ..Randomisation::NONE }, 2), ant());
+    let (robot, described) = (sampled(Randomisation { supply_share: 0.3, ..Randomisation::NONE }, 2), ant());
 
     let (now, then) = (&robot.servo, &described.servo);
     let share = robot.supply.nominal_v / described.supply.nominal_v;

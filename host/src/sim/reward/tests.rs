@@ -110,7 +110,7 @@ fn every_weight_of_the_configuration_has_a_row_and_every_row_a_weight_of_its_nam
     for name in &weights {
         assert!(TERMS.iter().any(|term| term.name == *name), "{name} of RewardConfig has no row in TERMS");
     }
-    assert_eq!(weights.len(), TERMS.len(), "a name stands in TERMS twice, or without a weight");
+    assert_eq!(weights.len(), TERMS.len(), "a name is in TERMS twice, or without a weight");
 
     for name in weights {
         let mut file = file.clone();

@@ -64,7 +64,7 @@ fn the_target_takes_the_smaller_critic_and_stops_at_an_end() {
 }
 
 #[test]
-fn the_target_judges_the_smoothed_action_inside_its_range() {
+fn the_target_values_the_smoothed_action_clipped_to_its_range() {
     let mut agent = agent();
     // The target actor says tanh(1.5) = 0.905 everywhere.
     make_constant(&mut agent.target_actor, 1.5);
@@ -218,7 +218,7 @@ fn what_the_second_critic_says_changes_no_derivative_but_its_own() {
     assert_ne!(as_it_was.2, changed.2);
 }
 
-/// A value that is NaN must reach the losses, where the trainer looks for it.
+/// NaN must reach the losses, where the trainer checks for it.
 #[test]
 fn a_value_that_is_no_number_shows_in_the_losses() {
     for copy in 0..2 {

@@ -1,7 +1,7 @@
 use super::*;
 
 impl Collector {
-    /// A round with nobody's help.
+    /// A round gathered by one thread.
     fn gather(&self, order: Order) -> Result<Vec<f32>, CollectError> {
         let round = Round::new(order);
         self.help(&round);

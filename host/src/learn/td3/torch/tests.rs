@@ -117,7 +117,7 @@ fn going_on_from_what_was_handed_back_changes_nothing() {
     assert_eq!(moments(&one), moments(&other));
 }
 
-/// A value that is NaN must reach the losses, where the trainer looks for it.
+/// NaN must reach the losses, where the trainer checks for it.
 #[test]
 fn a_value_that_is_no_number_shows_in_the_losses() {
     for copy in 0..2 {
