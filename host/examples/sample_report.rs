@@ -59,6 +59,7 @@ fn sample() -> Study {
     mark_reversed(&mut trials);
     let conditions = conditions(&planned, &trials);
     Study {
+        robot: "Ant".into(),
         venue: Venue::Twin,
         legs: paper::LEGS.map(leg_study).to_vec(),
         best: best(&conditions),

@@ -5,8 +5,11 @@
 //! outside the range of servos, are errors that name the value and its limits. Does
 //! not depend on a link to a robot.
 
+mod comparison;
 mod document;
+mod of_robot;
 
+pub use comparison::{Difference, differences};
 pub use document::CalibrationFileError;
 
 use crate::pwm::count_us;

@@ -8,6 +8,7 @@
 mod output;
 
 // What several subcommands need, and none owns.
+mod agreement;
 mod explain;
 mod help;
 mod material;

@@ -48,6 +48,7 @@ pub use warning::RobotWarning;
 
 use crate::run_folder::{self, FileError};
 use serde::Serialize;
+use sha2::{Digest as _, Sha256};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -184,6 +185,13 @@ impl Robot {
         warnings
     }
 
+    /// What identifies the robot: SHA-256 of its description and its drawing.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        let digest = Sha256::new().chain_update(self.to_toml()).chain_update(&self.drawn.text).finalize();
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
     /// Everything that it carries and is.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
@@ -209,6 +217,7 @@ impl Robot {
                 return Err(RobotError::OutOfRange { field: field.name, value, min, max });
             }
         }
+        self.servo.check_wiring()?;
         if let Some(value) = self.twin.as_ref().map(|twin| twin.sample_s)
             && !(0.02..=1.0).contains(&value)
         {

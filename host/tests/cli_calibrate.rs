@@ -146,6 +146,23 @@ fn the_knees_neutral_slope_is_that_of_the_robots_description() {
     );
 }
 
+/// Another robot: its drawing, its pulses to start with, and pictures of what is asked.
+#[test]
+fn the_wizard_asks_for_the_poses_of_the_robot_that_is_named() {
+    let setting = Setting::new(Troubles::default());
+    let pony = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/pony");
+
+    let answers = format!("n\n{}n\n", KEPT.repeat(8));
+    let assert = setting.host(&["calibrate", "--robot", pony]).write_stdin(answers).assert().success();
+
+    let questions = words(&assert.get_output().stderr);
+    for part in ["switches it on at 1500 us", "Scale: 10.00 us a degree", "calibrate-knee4.svg"] {
+        assert!(questions.contains(part), "{part}: {questions}");
+    }
+    let picture = std::fs::read_to_string(setting.folder.path().join("calibrate-knee4.svg")).unwrap();
+    assert!(picture.contains("knee4: seen from the side"), "{picture}");
+}
+
 #[test]
 fn an_end_before_the_first_answer_names_no_file() {
     let setting = Setting::new(Troubles::default());

@@ -37,9 +37,85 @@ fn measure_takes_the_mass_of_the_named_robot_or_of_its_run() {
     let mass_kg = |more: &[&str]| json(&mut setting.host(&[&MEASURE[..], more].concat()))["mass_kg"].as_f64();
 
     assert!((mass_kg(&[]).unwrap() - ant_kg).abs() < 1e-8);
-    assert_eq!(mass_kg(&["--robot", PONY]), Some(1.8));
+    assert_eq!(mass_kg(&["--robot", PONY, "--anyway"]), Some(1.8));
     pony().save(&setting.folder.path().join(run_folder::ROBOT)).unwrap();
-    assert_eq!(mass_kg(&[]), Some(1.8));
+    assert_eq!(mass_kg(&["--anyway"]), Some(1.8));
+}
+
+/// Its servos take other pulses: whatever it walked, the trial would be of no gait of the Pony's.
+#[test]
+fn a_robot_that_is_not_calibrated_as_described_neither_gets_a_gait_nor_walks() {
+    let setting = Setting::new(Troubles::default());
+    let upload = ["upload-gait", "--gait", "gait.toml", "--amp", "2", "--robot", PONY];
+    let measure = [&MEASURE[..], &["--robot", PONY]].concat();
+
+    for arguments in [&upload[..], &measure] {
+        let refused = fails(&mut setting.host(arguments), 5);
+
+        for part in [
+            "is not calibrated as Pony is described",
+            "all joints: neutral at 1346 us, but 1500 us in the description, 15 degrees apart",
+            "all joints: 6.80 us a degree, but 10.00 in the description",
+            "host calibrate --from-robot FOLDER",
+            "--anyway",
+        ] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+    }
+    assert_eq!(setting.active_gait(), "old");
+
+    let trial = json(&mut setting.host(&[&measure[..], &["--anyway"]].concat()));
+    let remark = trial["remark"].as_str().unwrap();
+    assert!(remark.starts_with("calibrated otherwise than Pony is described: all joints"), "{trial:#}");
+    let table = std::fs::read_to_string(setting.folder.path().join("trials.csv")).unwrap();
+    assert!(table.contains("calibrated otherwise than Pony"), "{table}");
+}
+
+#[test]
+fn a_robot_calibrated_from_its_description_takes_its_gait() {
+    let setting = Setting::new(Troubles::default());
+    let upload = ["upload-gait", "--gait", "gait.toml", "--amp", "2", "--robot", PONY, "--json"];
+
+    setting.host(&["calibrate", "--from-robot", PONY]).assert().success();
+    json(&mut setting.host(&upload));
+
+    assert_eq!(setting.active_gait(), "new");
+    let trial = json(&mut setting.host(&[&MEASURE[..], &["--robot", PONY]].concat()));
+    assert_eq!(trial["remark"], serde_json::Value::Null, "{trial:#}");
+    // And it is not the Ant any more.
+    let refused = fails(&mut setting.host(&MEASURE), 5);
+    assert!(refused.contains("not calibrated as Ant is described"), "{refused}");
+}
+
+#[test]
+fn a_gait_of_another_robot_is_refused_unless_told_otherwise() {
+    let setting = Setting::new(Troubles::default());
+    let mut gait = bench_host::gait("trot");
+    gait.provenance = gait.provenance.with_robot(&pony());
+    gait.save(&setting.folder.path().join("gait.toml")).unwrap();
+    let simulate = ["simulate", "gait.toml", "--starts", "1", "--duration", "1", "--json"];
+    let simulate_with = |more: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("host").unwrap();
+        command.current_dir(setting.folder.path()).env("NO_COLOR", "1").args(simulate).args(more);
+        command
+    };
+
+    let upload = fails(&mut setting.upload(), 3);
+    let played = fails(&mut simulate_with(&[]), 3);
+
+    for refused in [upload, played] {
+        assert!(refused.contains("gait.toml is a gait of Pony, but the robot is Ant"), "{refused}");
+        assert!(refused.contains("--robot FOLDER"), "{refused}");
+    }
+    assert_eq!(
+        json(&mut simulate_with(&["--robot", PONY]))["warnings"].to_string().matches("made for").count(),
+        0
+    );
+    let on_the_ant = json(&mut simulate_with(&["--anyway"]));
+    assert!(
+        on_the_ant["warnings"].to_string().contains("the gait was made for Pony, not for Ant"),
+        "{on_the_ant:#}"
+    );
 }
 
 #[test]

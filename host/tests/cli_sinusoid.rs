@@ -65,7 +65,7 @@ fn bad_flags_name_the_value_the_limit_and_the_next_move() {
     let taken = refused(desk.path(), 2, &["--out", "run"]);
 
     assert!(budget.contains("--budget-s is 100; it must be within 2934 to"), "{budget}");
-    assert!(budget.contains("leave it out for the budget that `train` has"), "{budget}");
+    assert!(budget.contains("without --budget-s the search has the budget of `train`"), "{budget}");
     assert!(no_number.contains("--budget-s is NaN"), "{no_number}");
     assert!(name.contains("a name of seventeen") && name.contains("1 to 16"), "{name}");
     assert!(leg.contains("leg_scale"), "{leg}");

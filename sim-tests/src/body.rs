@@ -87,20 +87,29 @@ impl Body for Bench {
     }
 }
 
-/// How a servo reads its pulses.
+/// How the servos read their pulses, and which output each is wired to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PulseScale {
     /// Holds the servo at neutral.
     pub neutral_us: f64,
     /// Change per degree.
     pub us_per_deg: f64,
+    /// Output of each joint.
+    pub channels: [u8; JOINT_COUNT],
+    /// Whether each servo turns against its joint.
+    pub reversed: [bool; JOINT_COUNT],
 }
 
 impl PulseScale {
-    /// The scale of a robot's servos.
+    /// The scale and wiring of a robot's servos.
     #[must_use]
     pub fn of(servo: &Servo) -> Self {
-        Self { neutral_us: servo.neutral_pulse_us, us_per_deg: servo.pulse_us_per_deg }
+        Self {
+            neutral_us: servo.neutral_pulse_us,
+            us_per_deg: servo.pulse_us_per_deg,
+            channels: servo.channels(),
+            reversed: servo.reversed(),
+        }
     }
 
     /// The angle that a pulse asks for.
@@ -115,11 +124,13 @@ impl PulseScale {
         self.neutral_us + angle_deg * self.us_per_deg
     }
 
-    /// What the first eight channels ask of the joints.
+    /// What the outputs ask of the joints.
     #[must_use]
     pub fn setpoints_rad(&self, pulses_us: &[Option<f64>]) -> [Option<f64>; JOINT_COUNT] {
         std::array::from_fn(|joint| {
-            pulses_us.get(joint).copied().flatten().map(|pulse_us| self.angle_deg(pulse_us).to_radians())
+            let pulse_us = pulses_us.get(usize::from(self.channels[joint])).copied().flatten()?;
+            let angle_deg = self.angle_deg(pulse_us);
+            Some(if self.reversed[joint] { -angle_deg } else { angle_deg }.to_radians())
         })
     }
 }
@@ -128,7 +139,12 @@ impl PulseScale {
 mod tests {
     use super::*;
 
-    const ANT: PulseScale = PulseScale { neutral_us: 1346.4, us_per_deg: 6.8 };
+    const ANT: PulseScale = PulseScale {
+        neutral_us: 1346.4,
+        us_per_deg: 6.8,
+        channels: [0, 1, 2, 3, 4, 5, 6, 7],
+        reversed: [false; JOINT_COUNT],
+    };
 
     #[test]
     fn neutral_is_330_counts_and_a_degree_five_thirds_of_a_count_at_the_nominal_oscillator() {
@@ -142,5 +158,17 @@ mod tests {
 
         assert!(setpoints[0].unwrap().abs() < 1e-9);
         assert!(setpoints[1..].iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn a_joint_follows_its_own_output_and_direction() {
+        let mut crossed = ANT;
+        crossed.channels.swap(0, 5);
+        crossed.reversed[5] = true;
+
+        let setpoints = crossed.setpoints_rad(&[Some(1346.4 + 68.0), None]);
+
+        assert!((setpoints[5].unwrap().to_degrees() + 10.0).abs() < 1e-9, "{setpoints:?}");
+        assert_eq!(setpoints.iter().flatten().count(), 1);
     }
 }

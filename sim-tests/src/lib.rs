@@ -8,6 +8,7 @@
 #![allow(missing_docs)]
 
 pub mod body;
+pub mod calibrated;
 pub mod client;
 pub mod devices;
 pub mod electric;

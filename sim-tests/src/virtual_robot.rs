@@ -7,11 +7,13 @@
 //! which `bin/virtual-robot` paces it.
 
 use crate::body::{Body, JOINT_COUNT, PulseScale, STEPS_PER_S};
+use crate::calibrated::with_calibration;
 use crate::devices::servo_driver::{Burst, NOMINAL_OSCILLATOR_HZ};
 use crate::devices::{Bus, Chip, SHUNT_OHM, ServoDriver};
 use crate::electric::{Supply, SupplyError, SupplyParameters};
 use crate::firmware_image::FirmwareImage;
 use crate::nano::{CLOCK_HZ, Nano, NanoError, seconds};
+use host::calibration::{BadCalibration, RobotCalibration};
 use host::robot::Robot;
 use host::sim::{Perturbation, Start, World};
 use serde::Serialize;
@@ -27,6 +29,8 @@ pub enum BuildError {
     Nano(#[from] NanoError),
     #[error("the robot's supply is none: {0}")]
     Supply(#[from] SupplyError),
+    #[error("no calibration holds the description's servos")]
+    Calibration(#[from] BadCalibration),
 }
 
 /// What is so, whatever the robot's sensors say.
@@ -80,13 +84,26 @@ struct Load {
 pub const LOAD_STEP_CYCLES: u64 = 512;
 
 impl VirtualRobot {
-    /// The robot standing at neutral in its world, servos limp, just powered on.
+    /// The robot standing at neutral in its world, servos limp, just powered on, and
+    /// calibrated as its description says.
     ///
     /// A seed puts it down a little differently: heading, joints, friction.
     ///
     /// # Errors
-    /// [`BuildError`] if board or supply cannot be.
+    /// [`BuildError`] if board, supply or calibration cannot be.
     pub fn new(image: &FirmwareImage, robot: &Robot, seed: Option<u64>) -> Result<Self, BuildError> {
+        let mut built = Self::uncalibrated(image, robot, seed)?;
+        let record = RobotCalibration::of_robot(robot).record()?;
+        let contents = with_calibration(&built.nano.eeprom(), &record);
+        built.nano.set_eeprom(&contents);
+        Ok(built)
+    }
+
+    /// The same with a fresh board, whose EEPROM is empty.
+    ///
+    /// # Errors
+    /// [`BuildError`] if board or supply cannot be.
+    pub fn uncalibrated(image: &FirmwareImage, robot: &Robot, seed: Option<u64>) -> Result<Self, BuildError> {
         let mut world = World::new(robot);
         if let Some(seed) = seed {
             world.reset(&[0.0; JOINT_COUNT], &Start::sampled(&Perturbation::default(), seed));
@@ -94,7 +111,7 @@ impl VirtualRobot {
         Self::with_body(image, robot, Box::new(world), NOMINAL_OSCILLATOR_HZ)
     }
 
-    /// The robot with another body, and this oscillator in its servo driver.
+    /// The robot with another body, a fresh board, and this oscillator in its servo driver.
     ///
     /// # Errors
     /// [`BuildError`] if board or supply cannot be.

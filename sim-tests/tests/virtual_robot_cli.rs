@@ -1,6 +1,9 @@
 //! The virtual robot asked for what it cannot do: a message that says what to do, no
 //! panic, and no file of others touched.
 
+use host::calibration::RobotCalibration;
+use host::robot::Robot;
+use sim_tests::calibrated::calibration_in;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -93,4 +96,31 @@ fn a_time_that_cannot_pass_is_refused() {
         assert!(!output.status.success(), "{seconds}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("--max-seconds"), "{seconds}");
     }
+}
+
+/// As a real robot after `host calibrate`; and what was calibrated later is kept.
+#[test]
+fn its_board_is_calibrated_as_its_robot_is_described_unless_it_is_fresh_or_was_calibrated_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/robots");
+    let pony = robots.join("pony").display().to_string();
+    let described = |name: &str| {
+        let robot = Robot::load(&robots.join(name)).unwrap();
+        RobotCalibration::of_robot(&robot).record().unwrap()
+    };
+    let calibration = |file: &str, arguments: &[&str]| {
+        let (succeeded, message) = outcome(folder.path(), &[&["--eeprom", file], arguments].concat());
+        assert!(succeeded, "{message}");
+        let bytes = std::fs::read(folder.path().join(file)).ok();
+        bytes.and_then(|bytes| calibration_in(&bytes.try_into().unwrap()))
+    };
+
+    assert_eq!(calibration("ant.bin", &[]), Some(described("ant")));
+    assert_eq!(calibration("pony.bin", &["--robot", &pony]), Some(described("pony")));
+    assert_eq!(calibration("fresh.bin", &["--robot", &pony, "--uncalibrated"]), None);
+    assert_eq!(
+        calibration("ant.bin", &["--robot", &pony]),
+        Some(described("ant")),
+        "it was calibrated before"
+    );
 }

@@ -1,5 +1,7 @@
 use super::*;
+use crate::robot::{LegScale, Robot};
 use proptest::prelude::*;
+use protocol::command::CalibrationSource;
 
 fn authors() -> RobotCalibration {
     RobotCalibration::from_record(&Calibration::authors())
@@ -203,4 +205,91 @@ fn a_pwm_in_step_with_the_frames_is_warned_of_and_the_way_out_is_none() {
     assert!(warning.contains("60.00 Hz") && warning.contains("pwm_hz to 58"), "{warning}");
     assert_eq!(after, None);
     assert_eq!(board.in_step().is_some(), (25.067e6_f64 / 4096.0 / 34.0 - 180.0).abs() < 0.1);
+}
+
+/// The firmware's default is the Ant's: a robot that nobody calibrated walks the same.
+#[test]
+fn the_ants_description_gives_the_firmwares_own_calibration() {
+    let ant = Robot::ant(LegScale::LONG).unwrap();
+
+    assert_eq!(RobotCalibration::of_robot(&ant).record(), Ok(Calibration::authors()));
+}
+
+#[test]
+fn a_description_gives_pulses_end_stops_outputs_and_directions() {
+    let mut robot = Robot::ant(LegScale::LONG).unwrap();
+    robot.servo.pulse_range_us = None;
+    (robot.servo.neutral_pulse_us, robot.servo.pulse_us_per_deg) = (1500.0, 10.0);
+    robot.servo.end_stop_deg = 60.0;
+    robot.servo.channels = Some([7, 6, 5, 4, 3, 2, 1, 0]);
+    robot.servo.reversed = Some([false, true, false, true, false, true, false, true]);
+
+    let calibration = RobotCalibration::of_robot(&robot);
+
+    let expected = JointSetup {
+        channel: 6,
+        reversed: true,
+        neutral_us: 1500.0,
+        us_per_degree: 10.0,
+        min_us: 900.0,
+        max_us: 2100.0,
+        is_measured: true,
+    };
+    assert_eq!(calibration.joints[1], expected);
+    assert!(calibration.record().is_ok());
+}
+
+/// Bounds of `robot.toml` are wider than what a servo driver sends.
+#[test]
+fn every_description_that_loads_has_a_calibration_that_a_robot_takes() {
+    for (neutral, scale, stop, volts) in [
+        (500.0, 1.0, 20.0, 1.0),
+        (2500.0, 30.0, 180.0, 26.0),
+        (500.0, 30.0, 180.0, 3.7),
+        (1500.0, 16.0, 120.0, 4.5),
+    ] {
+        let mut robot = Robot::ant(LegScale::LONG).unwrap();
+        robot.servo.pulse_range_us = None;
+        (robot.servo.neutral_pulse_us, robot.servo.pulse_us_per_deg) = (neutral, scale);
+        (robot.servo.end_stop_deg, robot.supply.nominal_v) = (stop, volts);
+        robot.check().unwrap();
+
+        RobotCalibration::of_robot(&robot).record().unwrap();
+    }
+}
+
+#[test]
+fn a_hand_calibrated_ant_agrees_though_its_horns_are_a_tooth_off() {
+    let ant = Robot::ant(LegScale::LONG).unwrap();
+    let mut by_hand = RobotCalibration::of_robot(&ant);
+    for (joint, setup) in by_hand.joints.iter_mut().enumerate() {
+        setup.neutral_us += 17.0 * setup.us_per_degree * if joint % 2 == 0 { 1.0 } else { -1.0 };
+        setup.us_per_degree *= 1.05;
+        setup.channel = 7 - setup.channel;
+        setup.reversed = joint > 3;
+    }
+    let record = by_hand.record().unwrap();
+
+    assert_eq!(differences(&record, CalibrationSource::Stored, &ant), []);
+    assert!(!differences(&record, CalibrationSource::Default, &ant).is_empty());
+}
+
+#[test]
+fn what_differs_is_named_once_for_all_joints_that_share_it() {
+    let mut robot = Robot::ant(LegScale::LONG).unwrap();
+    (robot.servo.neutral_pulse_us, robot.servo.pulse_us_per_deg) = (1500.0, 10.0);
+    robot.servo.channels = Some([1, 0, 2, 3, 4, 5, 6, 7]);
+    let of = |source| {
+        let all = differences(&Calibration::authors(), source, &robot);
+        all.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+
+    let scale = "all joints: 6.80 us a degree, but 10.00 in the description";
+    assert_eq!(
+        of(CalibrationSource::Stored),
+        ["hip1: on output 0, but 1 in the description", scale, "hip2: on output 1, but 0 in the description"]
+    );
+    assert!(of(CalibrationSource::Default).contains(
+        &"all joints: neutral at 1346 us, but 1500 us in the description, 15 degrees apart".to_owned()
+    ));
 }

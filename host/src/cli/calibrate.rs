@@ -7,6 +7,7 @@
 mod board;
 mod dialog;
 mod joint;
+mod pose;
 mod servo;
 mod wizard;
 
@@ -15,8 +16,10 @@ use super::reach::{Port, unreachable_robot};
 use super::{Cause, Failure};
 use crate::calibration::{BadCalibration, CalibrationFileError, RobotCalibration};
 use crate::device::calibration::{self as transfer, TransferError};
+use crate::robot::{LegScale, Robot};
 use protocol::Joint;
-use std::path::PathBuf;
+use protocol::command::CalibrationSource;
+use std::path::{Path, PathBuf};
 
 /// Calibrate the servos: outputs, neutrals, directions, limits.
 ///
@@ -36,6 +39,13 @@ pub struct Args {
     /// Angle at which a scale is measured, in degrees from neutral
     #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = angle)]
     angle: f64,
+    /// Folder of the robot: its drawing gives the poses that are asked for, its description the
+    /// pulses to start with [default: the Ant, and the robot's own pulses]
+    #[arg(long, value_name = "FOLDER")]
+    robot: Option<PathBuf>,
+    /// Send what this robot's description says of its servos, without questions
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["joints", "read", "write", "robot"])]
+    from_robot: Option<PathBuf>,
     /// Send this file to the robot, without questions
     #[arg(long, value_name = "FILE", conflicts_with_all = ["joints", "read"])]
     write: Option<PathBuf>,
@@ -74,7 +84,43 @@ pub fn run(args: Args) -> Result<(), Failure> {
         println!("the calibration of the robot on {} is in {}", link.name(), path.display());
         return Ok(());
     }
+    if let Some(folder) = &args.from_robot {
+        return describe(&args, folder);
+    }
     wizard::run(&args)
+}
+
+/// The robot of a folder, else the Ant.
+fn robot(folder: Option<&Path>) -> Result<Robot, Failure> {
+    let robot = folder.map_or_else(|| Robot::ant(LegScale::LONG), Robot::load);
+    robot.map_err(|error| failure(Cause::Input, error))
+}
+
+/// Sends what a description says; of a calibrated robot, the board keeps its own values.
+fn describe(args: &Args, folder: &Path) -> Result<(), Failure> {
+    let robot = robot(Some(folder))?;
+    let mut calibration = RobotCalibration::of_robot(&robot);
+    // What no robot takes is refused before a port is opened.
+    calibration.record().map_err(bad_description)?;
+    let mut link = args.port.connect()?;
+    if link.status().map_err(unreachable_robot)?.calibration == CalibrationSource::Stored {
+        let in_use = transfer::fetch(&mut link).map_err(not_sent)?;
+        calibration.board = RobotCalibration::from_record(&in_use).board;
+    }
+    let record = calibration.record().map_err(bad_description)?;
+    transfer::send(&mut link, &record).map_err(not_sent)?;
+    println!(
+        "the robot on {} has saved the calibration of {}: neutral {} us, {} us a degree",
+        link.name(),
+        robot.name,
+        robot.servo.neutral_pulse_us,
+        robot.servo.pulse_us_per_deg
+    );
+    Ok(())
+}
+
+fn bad_description(error: BadCalibration) -> Failure {
+    failure_with_help(Cause::Input, error, "correct [servo] in robot.toml")
 }
 
 fn unusable(error: CalibrationFileError) -> Failure {

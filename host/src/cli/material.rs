@@ -30,7 +30,7 @@ pub struct Material {
     pub sampled: Option<Sampled>,
     /// The robot that it is meant for, else the Ant.
     pub robot: Robot,
-    /// That this robot has other legs than the gait was made for.
+    /// That this robot is not the one, or has not the legs, that the gait was made for.
     pub other_leg: Option<String>,
     /// Curves as the file has them, more exact than the robot's.
     curves: Option<GaitFile>,
@@ -38,14 +38,17 @@ pub struct Material {
 
 impl Material {
     /// Reads a gait, for the robot that was named, or its own.
-    pub fn load(path: PathBuf, named: RobotArg) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of another robot and `anyway` does not allow that.
+    pub fn load(path: PathBuf, named: RobotArg, anyway: bool) -> Result<Self, Failure> {
         if let Some((bytes, playable)) = sampled_bytes(&path) {
-            let (robot, other_leg) = robots::of_gait(named, &path, None)?;
+            let (robot, other_leg) = robots::of_gait(named, &path, None, anyway)?;
             let source = Source::Table.name();
             return Ok(Self { path, bytes, playable, source, sampled: None, robot, other_leg, curves: None });
         }
         let gait = GaitFile::load(&path).map_err(unreadable)?;
-        let (robot, other_leg) = robots::of_gait(named, &path, gait.provenance.leg_scale)?;
+        let (robot, other_leg) = robots::of_gait(named, &path, Some(&gait.provenance), anyway)?;
         let bytes = gait.encoded().map_err(|e| failure(Cause::Input, e))?;
         let playable = playable(&bytes)?;
         let source = gait.provenance.source.name();

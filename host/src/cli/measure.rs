@@ -11,7 +11,7 @@ mod report;
 use super::explain::{failure, failure_with_help, file_cause};
 use super::ranges::{DURATION_RANGE_S, check_range};
 use super::reach::{Port, interruptible, unreachable_robot};
-use super::{Cause, Failure, robots};
+use super::{Cause, Failure, agreement, robots};
 use crate::device::link::ports::SerialLink;
 use crate::device::link::{LinkError, words};
 use crate::device::trial::table::{self, Row, TableError};
@@ -19,6 +19,7 @@ use crate::device::trial::{self, Order, TrialStop, clock};
 use crate::gait::gait_file::limits::as_typed;
 use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::gait::gait_player::Playable;
+use crate::robot::Robot;
 use crate::run_folder::{self, FileError};
 use distance::Source;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -63,6 +64,10 @@ pub struct Args {
     /// Folder of the robot [default: the run's, else the Ant]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
+    /// Walk although the robot is calibrated otherwise than its description says; the trial is
+    /// marked
+    #[arg(long)]
+    anyway: bool,
     #[command(flatten)]
     port: Port,
     /// Folder for trials.csv and the telemetry [default: the last run]
@@ -95,6 +100,16 @@ pub fn run(args: Args) -> Result<(), Failure> {
 
     let mut link = args.port.connect()?;
     let gait = Gait::on(&mut link, &args)?;
+    let differs = match described(&args, &folder)? {
+        Some(robot) => {
+            gait.check_robot(&robot, &args, &folder)?;
+            agreement::check(&mut link, &robot, args.anyway, &args.port)?
+        }
+        None => None,
+    };
+    if let Some(differs) = &differs {
+        eprintln!("warning: the robot is {differs}");
+    }
     let stop = interruptible()?;
     let bar = progress_bar(frames);
     let order = Order { amplitude: args.amplitude.and_then(Amplitude::from_f64), ..Order::of(frames) };
@@ -111,6 +126,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     stop.store(true, Ordering::Relaxed);
 
     let mut outcome = report::Outcome::of(&trial, &gait, mass_kg);
+    outcome.row.remark = differs;
     let telemetry = table::write_telemetry(&folder, &trial.samples);
     if let Ok(path) = &telemetry {
         outcome.row.telemetry = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -153,6 +169,18 @@ impl Gait {
         Ok(Self { active, amplitude, sha256: gait_sha256(&bytes) })
     }
 
+    /// Refuses a gait whose file says that it is of another robot.
+    fn check_robot(&self, robot: &Robot, args: &Args, folder: &Path) -> Result<(), Failure> {
+        let file = GaitFile::load(&folder.join(run_folder::GAIT)).ok();
+        let is_same = |gait: &GaitFile| gait.encoded().is_ok_and(|bytes| gait_sha256(&bytes) == self.sha256);
+        match file.filter(is_same) {
+            Some(gait) if !args.anyway && args.robot.is_none() => {
+                robots::check_gait(&gait.provenance, robot, &folder.join(run_folder::GAIT))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Its provenance, if the folder's gait file is the same gait.
     fn source(&self, folder: &Path) -> Option<&'static str> {
         let gait = GaitFile::load(&folder.join(run_folder::GAIT)).ok()?;
@@ -193,6 +221,15 @@ fn mass_kg(args: &Args, folder: &Path) -> Result<f64, Failure> {
         // A sum of parts: 0.8999999999999999 would be printed as such.
         .map(|robot| (robot.mass_kg() * 1e9).round() / 1e9)
         .map_err(|e| failure_with_help(Cause::Input, e, "or give the robot's mass: --mass-kg KG"))
+}
+
+/// The robot that should be connected; of one with a mass only, nothing else is known.
+fn described(args: &Args, folder: &Path) -> Result<Option<Robot>, Failure> {
+    let robot = match (&args.robot, args.mass_kg) {
+        (None, Some(_)) => Robot::of_run(folder),
+        (named, _) => robots::of(named.as_deref(), folder).map(Some),
+    };
+    robot.map_err(|e| failure(Cause::Input, e))
 }
 
 fn unwritable(error: TableError) -> Failure {

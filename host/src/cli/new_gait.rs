@@ -5,12 +5,15 @@
 
 use super::explain::{failure, file_cause};
 use super::{Cause, Failure};
-use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source};
+use crate::gait::gait_file::{GaitFile, JointSeries, Provenance, Source, short_name};
 use crate::robot::{LegScale, Robot};
 use crate::run_folder::{self, FileError};
 use protocol::JOINT_COUNT;
 use std::path::PathBuf;
 use thiserror::Error;
+
+/// Name of the robot that comes with the program.
+const ANT: &str = "Ant";
 
 /// The flags.
 #[derive(Debug, clap::Args)]
@@ -78,13 +81,18 @@ impl NewGait {
 
     /// The name that was given, else one made of `prefix`, leg and seed.
     pub fn name_or(&self, prefix: &str, robot: &Robot) -> String {
-        let usual = || format!("{}-seed{}", usual(prefix, robot), self.seed);
+        let usual = || usual(prefix, robot, &format!("-seed{}", self.seed));
         self.name.clone().unwrap_or_else(usual)
     }
 
     /// The same without the seed, for several gaits of one search.
     pub fn names_or(&self, prefix: &str, robot: &Robot) -> String {
-        self.name.clone().unwrap_or_else(|| usual(prefix, robot))
+        let usual = || match robot.name.as_str() {
+            ANT => usual(prefix, robot, ""),
+            // Room for a speed behind it.
+            name => short_name(&format!("{prefix}-"), &name.chars().take(7).collect::<String>(), ""),
+        };
+        self.name.clone().unwrap_or_else(usual)
     }
 
     /// The file; a name that is too long for the robot loses its end.
@@ -104,15 +112,19 @@ impl NewGait {
             seam: Some("continuous".into()),
             leg_scale: Some(robot.geometry.leg_scale),
             command: Some(command.join(" ")),
-            ..Provenance::of(source)
+            ..Provenance::of(source).with_robot(robot)
         };
         let name = name.chars().take(protocol::Name::CAPACITY).collect();
         GaitFile { name, period_s, unit_deg, provenance, joints }
     }
 }
 
-fn usual(prefix: &str, robot: &Robot) -> String {
-    format!("{prefix}-{}L", robot.geometry.leg_scale.value())
+/// The Ant's legs tell its gaits apart, other robots their names.
+fn usual(prefix: &str, robot: &Robot, after: &str) -> String {
+    match robot.name.as_str() {
+        ANT => format!("{prefix}-{}L{after}", robot.geometry.leg_scale.value()),
+        name => short_name(&format!("{prefix}-"), name, after),
+    }
 }
 
 /// A file that could not be written.

@@ -49,6 +49,9 @@ pub struct Args {
     /// Folder of the robot that walks [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER", conflicts_with = "leg")]
     robot: Option<PathBuf>,
+    /// Play it although the gait is of another robot
+    #[arg(long)]
+    anyway: bool,
     /// The Ant with legs of this length: 1.0 is 23 cm, 0.6 is 13.8 cm
     #[arg(long, value_name = "X")]
     leg: Option<LegScale>,
@@ -79,7 +82,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
     let path = args.gait.clone().unwrap_or_else(default);
     let named = args.leg.map_or(RobotArg::folder(args.robot.as_deref()), RobotArg::Leg);
-    let material = Material::load(path, named)?;
+    let material = Material::load(path, named, args.anyway)?;
     robots::warn_of(&material.robot);
     let usual = if material.source == Source::Searched.name() { SEARCHED_AMPLITUDE } else { AMPLITUDE };
     let amplitude_typed = args.amplitude.unwrap_or(usual);

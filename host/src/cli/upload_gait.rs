@@ -5,6 +5,7 @@
 
 mod check;
 
+use super::agreement;
 use super::explain::{failure, failure_with_help, path_text};
 use super::material::Material;
 use super::output;
@@ -46,6 +47,10 @@ pub struct Args {
     /// Folder of the robot that it is for [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
+    /// Upload although the gait is of another robot, or the robot is calibrated otherwise than
+    /// its description says
+    #[arg(long)]
+    anyway: bool,
     /// Keep it in RAM only, until the next reset
     #[arg(long)]
     ram: bool,
@@ -95,6 +100,9 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     }
 
     let mut link = args.port.connect()?;
+    if let Some(differs) = agreement::check(&mut link, &material.robot, args.anyway, &args.port)? {
+        eprintln!("warning: the robot is {differs}");
+    }
     let calibration = check::calibration_on(&mut link).map_err(unreachable_robot)?;
     let calibration = (calibration.unwrap_or_else(Calibration::authors), "the robot's".to_owned());
     for warning in Check::of(&material, amplitude, calibration).warnings() {
@@ -138,7 +146,7 @@ fn material(args: &Args) -> Result<Material, Failure> {
     }
     let default = || Path::new(run_folder::LATEST).join(run_folder::GAIT);
     let path = args.gait.clone().unwrap_or_else(default);
-    Material::load(path, RobotArg::folder(args.robot.as_deref()))
+    Material::load(path, RobotArg::folder(args.robot.as_deref()), args.anyway)
 }
 
 /// Everything but the upload.
@@ -148,7 +156,7 @@ fn rehearse(
     amplitude: Amplitude,
     clipped_share: f64,
 ) -> Result<(), Failure> {
-    let check = Check::of(material, amplitude, check::calibration(&args.port)?);
+    let check = Check::of(material, amplitude, check::calibration(&args.port, &material.robot)?);
     if !args.clip {
         check.verdict()?;
     }

@@ -32,6 +32,7 @@ pub fn condition(method: Method, leg: LegScale, amplification: f64) -> Condition
 pub fn study(legs: &[LegScale], conditions: Vec<Condition>) -> Study {
     let of_leg = |&leg: &LegScale| LegStudy { leg, gaits: Vec::new(), learning: None, stride: None };
     Study {
+        robot: "Ant".into(),
         venue: Venue::Twin,
         legs: legs.iter().map(of_leg).collect(),
         best: summary::best(&conditions),

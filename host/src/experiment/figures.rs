@@ -80,9 +80,13 @@ pub enum WriteError {
     File(#[from] FileError),
 }
 
-/// Legs as the paper names them.
+/// Legs as the paper names those of its robot; another robot's by its own name.
 #[must_use]
-pub fn leg_text(leg: LegScale) -> String {
+pub fn leg_text(robot: &str, leg: LegScale) -> String {
+    if robot != "Ant" {
+        let drawn = format!("{robot}\u{2019}s drawn length");
+        return if leg == LegScale::LONG { drawn } else { format!("{} of {drawn}", leg.value()) };
+    }
     // Tenths of a centimetre, and no `.0`.
     let cm = (leg.value() * 230.0).round() / 10.0;
     format!("{leg} ({cm} cm)")
@@ -92,7 +96,7 @@ pub fn leg_text(leg: LegScale) -> String {
 #[must_use]
 pub fn all(study: &Study) -> Vec<Drawn> {
     let mut drawn = vec![learning(&study.legs)];
-    drawn.extend(study.legs.iter().map(stride));
+    drawn.extend(study.legs.iter().map(|leg| stride(&study.robot, leg)));
     drawn.push(power(study));
     let sweep = |number: u32, what: &str, x, y| sweep(study, number, what, x, y);
     drawn.push(sweep(6, "Cost of transport over amplification", Quantity::Amplification, Quantity::Cost));
@@ -104,7 +108,9 @@ pub fn all(study: &Study) -> Vec<Drawn> {
         caption: "Least cost of transport and highest speed of each method, with 95 % intervals, and the \
                   amplification that they were reached at; beside them what the authors measured."
             .into(),
-        svg: best::table(&study.best).ok_or(Missing::NoTrials).and_then(|table| Ok(table.to_svg()?)),
+        svg: best::table(&study.robot, &study.best)
+            .ok_or(Missing::NoTrials)
+            .and_then(|table| Ok(table.to_svg()?)),
     });
     drawn
 }
@@ -144,8 +150,8 @@ fn learning(legs: &[LegStudy]) -> Drawn {
     }
 }
 
-fn stride(leg: &LegStudy) -> Drawn {
-    let legs = leg_text(leg.leg);
+fn stride(robot: &str, leg: &LegStudy) -> Drawn {
+    let legs = leg_text(robot, leg.leg);
     let svg = leg.stride.as_ref().filter(|stride| !stride.samples.is_empty()).map_or(
         Err(Missing::NoStride),
         |stride| {
@@ -167,7 +173,7 @@ fn stride(leg: &LegStudy) -> Drawn {
 
 fn power(study: &Study) -> Drawn {
     let walked = study.conditions.iter().any(|c| c.leg == paper::LEGS[0] && c.speed_m_s.is_some());
-    let svg = match power::figure(&power::at_speeds(&study.conditions)) {
+    let svg = match power::figure(&study.robot, &power::at_speeds(&study.conditions)) {
         Some(figure) => svg_of(figure),
         None if walked => Err(Missing::NoPower),
         None => Err(Missing::NoTrials),

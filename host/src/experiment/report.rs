@@ -42,7 +42,7 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
             body {
                 header {
                     h1 { "Which gait walks farthest on its battery?" }
-                    p.soft { "The study of the PSTO paper, done again " (words::place(study.venue)) "." }
+                    p.soft { "The study of the PSTO paper, done again " (words::place(study)) "." }
                     (contents())
                 }
                 main {
@@ -50,12 +50,12 @@ pub fn html(study: &Study, figures: &[Drawn]) -> String {
                     (result(study))
                     section aria-labelledby="table-2-heading" {
                         h2 #table-2-heading { "Table 2: the best of each method" }
-                        (tables::best(&study.best))
+                        (tables::best(&study.robot, &study.best))
                     }
                     @if !study.energy.is_empty() {
                         section aria-labelledby="why" {
                             h2 #why { "Why: where the energy goes" }
-                            @for sentence in words::reasons(&study.energy) { p { (sentence) } }
+                            @for sentence in words::reasons(&study.robot, &study.energy) { p { (sentence) } }
                             (tables::energy_balance(&study.energy))
                         }
                     }
@@ -131,7 +131,7 @@ fn compared(study: &Study) -> Markup {
                 "Each was tried on legs of " (words::listed(&words::legs(study))) ", at "
                 (words::amplifications(study)) " times its swing, in "
                 (walked) " trials, of which " (counted) " count. "
-                "All were walked " (words::place(study.venue)) "."
+                "All were walked " (words::place(study)) "."
             }
             dl.methods {
                 @for method in &methods {

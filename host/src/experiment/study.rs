@@ -58,6 +58,8 @@ pub struct Parameter {
 /// A whole study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
+    /// Name of the robot, whose description may differ in its legs.
+    pub robot: String,
     /// Where trials were walked.
     pub venue: Venue,
     /// Both pairs of legs, or one.
@@ -82,4 +84,12 @@ pub struct Study {
     pub prepare_wall_s: f64,
     /// Trials and figures, in seconds.
     pub wall_s: f64,
+}
+
+impl Study {
+    /// Whether the robot is the paper's.
+    #[must_use]
+    pub fn is_ants(&self) -> bool {
+        self.robot == "Ant"
+    }
 }

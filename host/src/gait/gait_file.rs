@@ -2,8 +2,8 @@
 //!
 //! Holds the TOML format, its checks, the angles in f64, and the conversion to the
 //! table that the robot plays: whatever [`GaitFile::load`] returns can be converted.
-//! [`mod@limits`] says how far a gait may be amplified. Does not depend on fits or
-//! robots.
+//! [`mod@limits`] says how far a gait may be amplified. Of a robot it
+//! holds the name and the hash. Does not depend on fits.
 //!
 //! `angle = centre_deg + amplitude * deviation(phase)`, the deviation being a
 //! Chebyshev series in `x = 2 phase - 1`, in degrees at amplitude 1.0.
@@ -13,7 +13,7 @@ mod error;
 pub mod limits;
 mod series;
 
-use crate::robot::LegScale;
+use crate::robot::{LegScale, Robot};
 pub use error::{GaitFileError, UnusableGait, describe};
 pub use series::{JointSeries, chebyshev};
 
@@ -99,6 +99,12 @@ pub struct Provenance {
     /// The seed of that run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// Name of the robot it was made for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// SHA-256 of that robot's description and drawing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot_sha256: Option<String>,
     /// Leg length of the robot it is meant for; 1.0 is 23 cm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leg_scale: Option<LegScale>,
@@ -123,18 +129,28 @@ impl Provenance {
             time_stretch: None,
             run: None,
             seed: None,
+            robot: None,
+            robot_sha256: None,
             leg_scale: None,
             safe_amplitudes: None,
             command: None,
         }
     }
 
-    /// The gait's default name on the robot: `ant-seed-N` for one that was trained, else the name
-    /// of the `trajectory`'s file, cut to what the robot can store.
+    /// The same history with the robot that the gait is for.
+    #[must_use]
+    pub fn with_robot(self, robot: &Robot) -> Self {
+        Self { robot: Some(robot.name.clone()), robot_sha256: Some(robot.sha256()), ..self }
+    }
+
+    /// The gait's default name on the robot: `ant-seed-N` for one that was trained, with the
+    /// robot's own name, else the name of the `trajectory`'s file, cut to what the robot can store.
     #[must_use]
     pub fn gait_name(&self, trajectory: &Path) -> String {
         let name = match (self.source, self.seed) {
-            (Source::Trained, Some(seed)) => format!("ant-seed-{seed}"),
+            (Source::Trained, Some(seed)) => {
+                short_name("", self.robot.as_deref().unwrap_or("ant"), &format!("-seed-{seed}"))
+            }
             _ => trajectory.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         };
         let name: String =
@@ -265,6 +281,17 @@ impl GaitFile {
         let series = &self.joints[joint.index()];
         series.centre_deg + amplitude * series.deviation_deg(phase.rem_euclid(1.0))
     }
+}
+
+/// A name that a robot can store: `before`, the robot's name in small letters, cut as far as
+/// needed, and `after`.
+#[must_use]
+pub fn short_name(before: &str, robot: &str, after: &str) -> String {
+    let room = Name::CAPACITY.saturating_sub(before.len() + after.len());
+    let words = robot.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let name = words.collect::<Vec<_>>().join("-").to_ascii_lowercase();
+    let name = if name.is_empty() { "robot" } else { &name };
+    format!("{before}{}{after}", name.chars().take(room).collect::<String>().trim_end_matches('-'))
 }
 
 /// What identifies a gait: SHA-256 of its encoded table, as `sha256sum gait.bin` prints it.

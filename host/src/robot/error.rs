@@ -51,6 +51,31 @@ pub enum RobotError {
         /// What it says.
         value: f64,
     },
+    /// An output that the servo driver does not have, or two joints on one.
+    #[error(
+        "robot description: servo.channels gives {joint} output {channel}, but {problem}; correct the list"
+    )]
+    Channel {
+        /// The joint.
+        joint: &'static str,
+        /// What it says.
+        channel: u8,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A range of pulses without the neutral one, or beyond what servos take.
+    #[error(
+        "robot description: servo.pulse_range_us is {shortest} to {longest}, but must begin above 0, end at most \
+         at 4000 and contain neutral_pulse_us, which is {neutral}; correct the range"
+    )]
+    PulseRange {
+        /// Shortest pulse.
+        shortest: f64,
+        /// Longest pulse.
+        longest: f64,
+        /// Neutral pulse.
+        neutral: f64,
+    },
     /// It has a number that descriptions no longer have.
     #[error(
         "{path} has {name}, which descriptions of an older release had; repeat the run or the fit, or \

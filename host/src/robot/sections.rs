@@ -3,8 +3,9 @@
 //! Holds the fields and what they mean. Does not depend on their bounds, which
 //! are in `super::fields`.
 
+use super::error::RobotError;
 use super::leg_scale::LegScale;
-use protocol::LEG_COUNT;
+use protocol::{JOINT_COUNT, Joint, LEG_COUNT};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -85,9 +86,58 @@ pub struct Servo {
     pub neutral_pulse_us: f64,
     /// Change of the pulse per degree.
     pub pulse_us_per_deg: f64,
+    /// Shortest and longest pulse that a servo is sent; without it, those of its end stops.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pulse_range_us: Option<[f64; 2]>,
+    /// Output of the PCA9685 of each joint, hips 1 to 4, then knees; without it, 0 to 7.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<[u8; JOINT_COUNT]>,
+    /// Whether the servo turns against its joint, in the same order; without it, none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reversed: Option<[bool; JOINT_COUNT]>,
 }
 
 impl Servo {
+    /// Output of the PCA9685 of each joint.
+    #[must_use]
+    pub fn channels(&self) -> [u8; JOINT_COUNT] {
+        self.channels.unwrap_or(core::array::from_fn(|joint| joint as u8))
+    }
+
+    /// Whether each servo turns against its joint.
+    #[must_use]
+    pub fn reversed(&self) -> [bool; JOINT_COUNT] {
+        self.reversed.unwrap_or([false; JOINT_COUNT])
+    }
+
+    /// Shortest and longest pulse that a servo is sent: the range that is given, else from end
+    /// stop to end stop.
+    #[must_use]
+    pub fn pulse_range_us(&self) -> [f64; 2] {
+        let reach_us = self.end_stop_deg * self.pulse_us_per_deg;
+        self.pulse_range_us.unwrap_or([self.neutral_pulse_us - reach_us, self.neutral_pulse_us + reach_us])
+    }
+
+    /// The first of the wiring's values that no board has.
+    pub(super) fn check_wiring(&self) -> Result<(), RobotError> {
+        let channels = self.channels();
+        for (joint, &channel) in channels.iter().enumerate() {
+            let name = Joint::ALL[joint].name();
+            if usize::from(channel) >= JOINT_COUNT {
+                return Err(RobotError::Channel { joint: name, channel, problem: "the outputs are 0 to 7" });
+            }
+            if channels[..joint].contains(&channel) {
+                return Err(RobotError::Channel { joint: name, channel, problem: "another joint has it" });
+            }
+        }
+        let [shortest, longest] = self.pulse_range_us();
+        let holds_neutral = (shortest..=longest).contains(&self.neutral_pulse_us);
+        if self.pulse_range_us.is_some() && !(shortest > 0.0 && longest <= 4000.0 && holds_neutral) {
+            return Err(RobotError::PulseRange { shortest, longest, neutral: self.neutral_pulse_us });
+        }
+        Ok(())
+    }
+
     /// Fastest that it turns with nothing attached: as its setpoint moves, or
     /// where its damping takes all of its torque.
     #[must_use]

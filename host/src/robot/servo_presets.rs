@@ -7,6 +7,7 @@
 
 use super::sections::{Power, Servo};
 use core::f64::consts::FRAC_PI_3;
+use protocol::JOINT_COUNT;
 use serde::Deserialize;
 use std::sync::OnceLock;
 use thiserror::Error;
@@ -297,6 +298,9 @@ impl Preset {
                 delay_s: DELAY_S,
                 neutral_pulse_us: f64::midpoint(low_us, high_us),
                 pulse_us_per_deg,
+                pulse_range_us: None,
+                channels: None,
+                reversed: None,
             },
             heat_w_per_n2_m2: stall_w / (stall_n_m * stall_n_m),
         })
@@ -320,6 +324,10 @@ pub struct ServoDocument {
     delay_s: Option<f64>,
     neutral_pulse_us: Option<f64>,
     pulse_us_per_deg: Option<f64>,
+    // How it is wired is nothing that a model says.
+    pulse_range_us: Option<[f64; 2]>,
+    channels: Option<[u8; JOINT_COUNT]>,
+    reversed: Option<[bool; JOINT_COUNT]>,
 }
 
 impl TryFrom<ServoDocument> for Servo {
@@ -359,6 +367,9 @@ impl TryFrom<ServoDocument> for Servo {
             delay_s: optional(said.delay_s, |s| s.delay_s),
             neutral_pulse_us: needed(said.neutral_pulse_us, "neutral_pulse_us", |s| s.neutral_pulse_us)?,
             pulse_us_per_deg: needed(said.pulse_us_per_deg, "pulse_us_per_deg", |s| s.pulse_us_per_deg)?,
+            pulse_range_us: said.pulse_range_us,
+            channels: said.channels,
+            reversed: said.reversed,
         })
     }
 }

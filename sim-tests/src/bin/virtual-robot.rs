@@ -10,6 +10,7 @@ use host::robot::{LegScale, Robot};
 use host::run_folder;
 use miette::{IntoDiagnostic as _, Result, WrapErr as _, miette};
 use sim_tests::body::JOINT_COUNT;
+use sim_tests::calibrated::{calibration_in, holds_calibration, with_calibration};
 use sim_tests::firmware_image::FirmwareImage;
 use sim_tests::nano::{CLOCK_HZ, EEPROM_LEN};
 use sim_tests::pty::Pty;
@@ -50,6 +51,10 @@ struct Args {
     /// Keep the EEPROM's contents here between runs
     #[arg(long, value_name = "FILE")]
     eeprom: Option<PathBuf>,
+    /// Start with a fresh board: without it, the robot is calibrated as its description says,
+    /// unless the file of --eeprom holds a calibration
+    #[arg(long)]
+    uncalibrated: bool,
     /// The firmware image
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
@@ -87,7 +92,8 @@ fn main() -> Result<()> {
     };
     let elf = args.elf.clone().unwrap_or_else(FirmwareImage::default_path);
     let image = FirmwareImage::load(&elf).into_diagnostic()?;
-    let mut robot = VirtualRobot::new(&image, &description, args.seed).into_diagnostic()?;
+    let build = if args.uncalibrated { VirtualRobot::uncalibrated } else { VirtualRobot::new };
+    let mut robot = build(&image, &description, args.seed).into_diagnostic()?;
     let mut eeprom = args.eeprom.as_deref().map(|path| EepromFile::load(path, &mut robot)).transpose()?;
     let mut records = Records::create(&args)?;
     let mut port = Pty::new().into_diagnostic()?;
@@ -282,7 +288,13 @@ impl EepromFile {
                     .wrap_err_with(|| format!("cannot read {}", path.display()));
             }
         }
-        robot.nano_mut().set_eeprom(&saved);
+        // A calibration in the file is newer than the description's.
+        let described = calibration_in(&robot.nano().eeprom());
+        let contents = match described {
+            Some(record) if !holds_calibration(&saved) => with_calibration(&saved, &record),
+            _ => saved,
+        };
+        robot.nano_mut().set_eeprom(&contents);
         Ok(Self { path: path.to_owned(), saved })
     }
 

@@ -13,6 +13,7 @@ use sim_tests::devices::SHUNT_OHM;
 use sim_tests::fixtures;
 use sim_tests::nano::seconds;
 use sim_tests::virtual_robot::VirtualRobot;
+use std::path::Path;
 
 const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
@@ -26,24 +27,24 @@ type Result2 = [f64; 2];
 
 /// A robot, and what it plays.
 struct Case {
-    ant: Robot,
+    robot: Robot,
     gait: GaitFile,
     amplitude: f64,
 }
 
-fn direct(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
+fn direct(Case { robot: description, gait, amplitude }: &Case, seed: u64) -> Result2 {
     let start = Start::sampled(&Perturbation::default(), seed);
     // The robot's first walking frame is the gait's first, as here.
     let trial = Trial { start, duration_s: f64::from(FRAMES - 1) / 60.0, ..Trial::default() };
-    let walk = open_loop::play(ant, &trial, |t| {
+    let walk = open_loop::play(description, &trial, |t| {
         let phase = (t / gait.period_s).fract();
         Joint::ALL.map(|joint| gait.angle_deg(joint, phase, *amplitude).to_radians())
     });
     [walk.speed_m_s, walk.cost_of_transport]
 }
 
-fn through_the_firmware(Case { ant, gait, amplitude }: &Case, seed: u64) -> Result2 {
-    let mut robot = VirtualRobot::new(&image(), ant, Some(seed)).unwrap();
+fn through_the_firmware(Case { robot: description, gait, amplitude }: &Case, seed: u64) -> Result2 {
+    let mut robot = VirtualRobot::new(&image(), description, Some(seed)).unwrap();
     let mut client = Client::new();
     client.run_for(&mut robot, LIMP_S).unwrap();
     let lying = *robot.take_truth().last().expect("a body");
@@ -67,7 +68,10 @@ fn through_the_firmware(Case { ant, gait, amplitude }: &Case, seed: u64) -> Resu
     let walking = truth.iter().filter(|sample| (began_s..ended_s).contains(&sample.time_s));
     let shunt_j = walking.map(|sample| sample.supply_a.powi(2) * SHUNT_OHM / 60.0).sum::<f64>();
     let energy_j = (ended_uj - began_uj) as f64 * 1e-6 - shunt_j;
-    [distance_m / (ended_s - began_s), energy_j / (ant.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m)]
+    [
+        distance_m / (ended_s - began_s),
+        energy_j / (description.mass_kg() * STANDARD_GRAVITY_M_S2 * distance_m),
+    ]
 }
 
 /// Means over the starts must agree within 3 %.
@@ -93,13 +97,56 @@ fn agree(case: &Case) {
 #[test]
 fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
     let table = GaitFile::from_table(&fixtures::trot().table());
-    agree(&Case { ant: Robot::ant(LegScale::LONG).unwrap(), gait: table, amplitude: 2.2 });
+    agree(&Case { robot: Robot::ant(LegScale::LONG).unwrap(), gait: table, amplitude: 2.2 });
 }
 
 #[test]
 fn they_agree_on_the_searched_gaits_of_both_legs() {
     for leg in [LegScale::LONG, LegScale::SHORT] {
         let gait = host::search::bundled_gaits::gait(leg).unwrap().unwrap();
-        agree(&Case { ant: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
+        agree(&Case { robot: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
+    }
+}
+
+/// A searched gait of the robot that comes as an example: other servos, pulses, lengths and masses.
+#[test]
+fn they_agree_on_the_pony_calibrated_as_its_description_says() {
+    let pony = Robot::load(Path::new("../host/robots/pony")).unwrap();
+    let gait = GaitFile::parse(include_bytes!("pony.toml"), Path::new("pony.toml")).unwrap();
+    agree(&Case { robot: pony, gait, amplitude: 1.0 });
+}
+
+/// No robot that anybody had in mind: lengths, masses, pulses, outputs and directions by chance.
+#[test]
+fn they_agree_on_a_robot_drawn_at_random() {
+    let mut random = Random(18);
+    let mut robot = Robot::ant(LegScale::new(random.within(0.7, 1.3)).unwrap()).unwrap();
+    robot.name = "Random".into();
+    robot.mass.torso_kg *= random.within(0.7, 1.5);
+    robot.servo.neutral_pulse_us = random.within(1300.0, 1700.0);
+    robot.servo.pulse_us_per_deg = random.within(6.0, 11.0);
+    robot.servo.end_stop_deg = random.within(60.0, 90.0);
+    robot.servo.pulse_range_us = None;
+    let mut channels = robot.servo.channels();
+    for last in (1..channels.len()).rev() {
+        channels.swap(last, random.within(0.0, last as f64 + 1.0) as usize);
+    }
+    robot.servo.channels = Some(channels);
+    robot.servo.reversed = Some(std::array::from_fn(|_| random.within(0.0, 1.0) < 0.5));
+    robot.check().unwrap();
+    let gait = GaitFile::from_table(&fixtures::trot().table());
+    agree(&Case { robot, gait, amplitude: 2.0 });
+}
+
+/// A linear congruential generator: the same robot on every machine, whatever a library does.
+///
+/// # Source
+/// Knuth, MMIX.
+struct Random(u64);
+
+impl Random {
+    fn within(&mut self, least: f64, most: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        least + (most - least) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

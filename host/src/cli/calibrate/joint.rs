@@ -4,11 +4,15 @@
 //! not depend on the file that the answers go to.
 
 use super::dialog::{Dialog, Key, UserExit};
+use super::pose::Pose;
 use super::servo::{self, HEARTBEAT_EVERY, SerialServo, Servo};
 use crate::calibration::JointSetup;
 use crate::device::link::LinkError;
 use crate::device::link::ports::SerialLink;
+use crate::robot::Robot;
+use crate::run_folder;
 use protocol::Joint;
+use std::path::PathBuf;
 
 /// How far a joint is turned to see which way it goes.
 const SHOWN_DEG: f64 = 15.0;
@@ -44,24 +48,10 @@ pub struct Bench<'a> {
     pub count_us: f64,
     /// Where scales are measured.
     pub angle_deg: f64,
-    /// Slope of the shins with the knees at neutral, from the robot's description.
-    pub shin_below_horizontal_deg: f64,
-}
-
-fn neutral_pose(joint: Joint, shin_below_horizontal_deg: f64) -> String {
-    if joint.is_hip() {
-        "turn the leg until it stands out at 45 degrees to the body's sides".to_owned()
-    } else {
-        format!("turn the shin until it slopes {shin_below_horizontal_deg:.0} degrees below the horizontal")
-    }
-}
-
-const fn direction(joint: Joint) -> &'static str {
-    if joint.is_hip() {
-        "did the leg swing counter-clockwise, seen from above?"
-    } else {
-        "did the shin fold down and inward?"
-    }
+    /// What is calibrated.
+    pub robot: &'a Robot,
+    /// Folder for the pictures.
+    pub pictures: PathBuf,
 }
 
 /// Asks everything about `joint`; `None` if it was skipped.
@@ -95,16 +85,22 @@ pub fn measure(
 }
 
 fn move_about(bench: &mut Bench<'_>, joint: Joint, found: &mut JointSetup) -> Result<(), Stopped> {
-    let Bench { link, dialog, count_us, angle_deg, shin_below_horizontal_deg } = bench;
+    let Bench { link, dialog, count_us, angle_deg, robot, pictures } = bench;
+    let pose = Pose::of(robot, joint);
+    let picture = pictures.join(format!("calibrate-{}.svg", joint.name()));
+    // The words say the same: a picture that cannot be written stops nothing.
+    if run_folder::write(&picture, pose.svg().as_bytes()).is_ok() {
+        dialog.say(&format!("  Picture: {}", picture.display()));
+    }
     let mut servo = Servo::on(link, found.channel, *count_us, found.neutral_us)?;
 
     dialog.say(&format!(
         "  Neutral: {}. Arrows move it: left and right by one count, up and down by ten; Enter when it is there",
-        neutral_pose(joint, *shin_below_horizontal_deg)
+        pose.neutral()
     ));
     found.neutral_us = settle(dialog, &mut servo)?;
 
-    dialog.say(&format!("  Direction: {} y, n, or r to see it again", direction(joint)));
+    dialog.say(&format!("  Direction: {} y, n, or r to see it again", pose.direction()));
     found.reversed = !sees(dialog, &mut servo, found)?;
 
     dialog.say(&format!(

@@ -6,19 +6,18 @@
 
 use super::dialog::{Dialog, UserExit};
 use super::joint::{self, Bench, Stopped};
-use super::{Args, bad, board, not_sent, unusable};
-use crate::calibration::RobotCalibration;
+use super::{Args, bad, board, not_sent, robot, unusable};
+use crate::calibration::{JointSetup, RobotCalibration};
 use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::reach::unreachable_robot;
 use crate::cli::{Cause, Failure};
 use crate::device::calibration::{self as transfer, TransferError};
 use crate::device::link::words;
 use crate::pwm::count_us;
-use crate::robot::Robot;
 use protocol::calibration::BoardCalibration;
 use protocol::{Calibration, Joint, State};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -53,7 +52,7 @@ every leg moves freely, and switch the servos' supply on. One servo at a time ge
 pulses, all others stay limp. Only the last question changes anything on the robot.";
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let robot = Robot::ant(crate::robot::LegScale::LONG).map_err(|error| failure(Cause::Input, error))?;
+    let robot = robot(args.robot.as_deref())?;
     let mut link = args.port.connect()?;
     let state = link.status().map_err(unreachable_robot)?.state;
     if state != State::Idle {
@@ -75,7 +74,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         dialog.say(&format!("Resuming: the answers so far are in {}", args.out.display()));
         RobotCalibration::load(&args.out).map_err(unusable)?
     } else {
-        RobotCalibration::from_record(&in_use)
+        let mut start = RobotCalibration::from_record(&in_use);
+        if args.robot.is_some() {
+            let described = RobotCalibration::of_robot(&robot).joints;
+            start.joints = described.map(|joint| JointSetup { is_measured: false, ..joint });
+        }
+        start
     };
     let cancelled = |exit| ended(exit, args);
     let save = |calibration: &RobotCalibration| calibration.save(&args.out).map_err(unusable);
@@ -108,7 +112,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             dialog: &mut dialog,
             count_us: count_us(&board),
             angle_deg: args.angle,
-            shin_below_horizontal_deg: robot.geometry.shin_below_horizontal_deg,
+            robot: &robot,
+            pictures: args.out.parent().unwrap_or(Path::new("")).to_owned(),
         };
         match joint::measure(&mut bench, joint, &setup) {
             Ok(Some(found)) => {

@@ -248,6 +248,7 @@ mod tests {
         let well = MeasureResult {
             valid: true,
             reason: None,
+            remark: None,
             gait_name: "psto".into(),
             gait_sha256: "ab".into(),
             gait_crc32: "00000001".into(),

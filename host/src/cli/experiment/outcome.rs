@@ -69,6 +69,7 @@ fn study(request: &Request, parts: Parts) -> Study {
     let conditions = summary::conditions(&planned, &trials);
     let best = summary::best(&conditions);
     let energy = if identity.venue == Venue::Robot { Vec::new() } else { energy_balance::of(&legs, &best) };
+    let robot = legs.first().map(|materials| materials.robot.name.clone()).unwrap_or_default();
     let of_leg = |materials: Materials| LegStudy {
         leg: materials.robot.geometry.leg_scale,
         gaits: materials.gaits.into_iter().map(|material| material.note).collect(),
@@ -94,6 +95,7 @@ fn study(request: &Request, parts: Parts) -> Study {
     }
     let venue = identity.venue;
     Study {
+        robot,
         descriptions,
         venue,
         legs,

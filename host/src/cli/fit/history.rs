@@ -20,6 +20,11 @@ pub fn provenance(args: &Args, chosen: &Chosen, seam: Seam) -> Provenance {
     let seed = args.seed.or_else(|| trained.then(|| seed_of_run(folder)).flatten());
     // Not `args`: it panics on a path that is not UTF-8.
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
+    let known = Provenance::of(if trained { Source::Trained } else { Source::Fitted });
+    let known = match &chosen.robot {
+        Some(robot) => known.with_robot(robot),
+        None => known,
+    };
     Provenance {
         file: Some(path.display().to_string()),
         file_sha256: Some(trajectory.sha256.clone()),
@@ -30,7 +35,7 @@ pub fn provenance(args: &Args, chosen: &Chosen, seam: Seam) -> Provenance {
         seed,
         leg_scale: chosen.robot.as_ref().map(|robot| robot.geometry.leg_scale),
         command: Some(std::iter::once("host".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")),
-        ..Provenance::of(if trained { Source::Trained } else { Source::Fitted })
+        ..known
     }
 }
 

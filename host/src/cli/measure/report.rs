@@ -138,6 +138,9 @@ impl<'a> Outcome<'a> {
         if let Some(reason) = &row.reason {
             println!("not valid: {reason}");
         }
+        if let Some(remark) = &row.remark {
+            println!("remark: the robot was {remark}");
+        }
         if row.lost_telemetry_frames > 0 {
             println!(
                 "telemetry of {} frames was lost; the robot's own sums are whole",
@@ -156,6 +159,7 @@ impl<'a> Outcome<'a> {
         MeasureResult {
             valid: row.reason.is_none(),
             reason: row.reason,
+            remark: row.remark,
             gait_name: row.gait_name,
             gait_sha256: row.gait_sha256,
             gait_crc32: row.gait_crc32,

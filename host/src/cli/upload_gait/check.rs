@@ -3,7 +3,8 @@
 //! Holds the table of what each joint will be asked for, and the check of the servos'
 //! speed and pulses. Does not depend on the transfer.
 
-use crate::cli::explain::failure_with_help;
+use crate::calibration::RobotCalibration;
+use crate::cli::explain::{failure, failure_with_help};
 use crate::cli::material::Material;
 use crate::cli::reach::{Port, unreachable_robot};
 use crate::cli::{Cause, Failure};
@@ -12,6 +13,7 @@ use crate::device::link::ports::{self, SerialLink};
 use crate::device::upload::upload_result::{DryRunResult, GaitResult, JointDemandResult};
 use crate::gait::gait_player::{BeyondPulses, Demand};
 use crate::pwm::count_us;
+use crate::robot::Robot;
 use protocol::command::Record;
 use protocol::{Amplitude, Calibration, JOINT_COUNT, Joint, Speed};
 use thiserror::Error;
@@ -158,8 +160,8 @@ pub fn calibration_on(link: &mut SerialLink) -> Result<Option<Calibration>, Link
     Ok(Calibration::from_bytes(&bytes).ok())
 }
 
-/// The robot's calibration; without a robot, the authors'.
-pub fn calibration(port: &Port) -> Result<(Calibration, String), Failure> {
+/// The robot's calibration; without a robot, that of its description.
+pub fn calibration(port: &Port, robot: &Robot) -> Result<(Calibration, String), Failure> {
     match ports::connect(port.port.as_deref()) {
         Ok(mut link) => {
             let calibration = calibration_on(&mut link).map_err(unreachable_robot)?;
@@ -167,7 +169,9 @@ pub fn calibration(port: &Port) -> Result<(Calibration, String), Failure> {
             Ok((calibration.unwrap_or_else(Calibration::authors), of))
         }
         Err(LinkError::NoPort { .. }) => {
-            Ok((Calibration::authors(), "the default calibration: no robot is connected".to_owned()))
+            let described = RobotCalibration::of_robot(robot).record();
+            let described = described.map_err(|error| failure(Cause::Input, error))?;
+            Ok((described, format!("the description of {}: no robot is connected", robot.name)))
         }
         Err(error) => Err(unreachable_robot(error)),
     }

@@ -12,6 +12,9 @@ pub struct MeasureResult {
     pub valid: bool,
     /// Why it does not count.
     pub reason: Option<String>,
+    /// What to know of a trial that counts, such as that the robot's calibration was another.
+    #[serde(default)]
+    pub remark: Option<String>,
     /// As the robot stores it.
     pub gait_name: String,
     /// SHA-256 of the table that the robot read back, hexadecimal.
@@ -70,6 +73,7 @@ mod tests {
         let result = MeasureResult {
             valid: false,
             reason: Some("the trial was interrupted".into()),
+            remark: None,
             gait_name: "walk".into(),
             gait_sha256: "ab".into(),
             gait_crc32: "00000001".into(),
@@ -121,6 +125,7 @@ mod tests {
                 "mean_power_w",
                 "missed_samples",
                 "reason",
+                "remark",
                 "speed_m_s",
                 "telemetry",
                 "trials",

@@ -13,6 +13,10 @@ use thiserror::Error;
 /// Columns of `trials.csv`.
 pub const TRIAL_COLUMNS: &str = "time,gait_name,gait_sha256,gait_crc32,amplitude,frames,duration_s,energy_j,\
 mean_power_w,distance_m,speed_m_s,mass_kg,cost_of_transport,distance_source,clipped_frames,missed_samples,\
+lost_telemetry_frames,telemetry,valid,reason,remark";
+/// Columns without `remark`, which tables of an older release have.
+const OLDER_COLUMNS: &str = "time,gait_name,gait_sha256,gait_crc32,amplitude,frames,duration_s,energy_j,\
+mean_power_w,distance_m,speed_m_s,mass_kg,cost_of_transport,distance_source,clipped_frames,missed_samples,\
 lost_telemetry_frames,telemetry,valid,reason";
 /// Columns of `telemetry-<n>.csv`.
 const TELEMETRY_COLUMNS: &str = "unix_time_s,uptime_frames,state,trial_frames,trial_energy_j,phase,bus_v,current_a,\
@@ -59,6 +63,8 @@ pub struct Row {
     pub telemetry: String,
     /// Why the trial does not count, if it does not.
     pub reason: Option<String>,
+    /// What to know of the trial, such as that the robot's calibration was another.
+    pub remark: Option<String>,
 }
 
 /// Why a table was not written.
@@ -86,11 +92,33 @@ pub fn load(folder: &Path) -> Result<String, TableError> {
             if found == TRIAL_COLUMNS {
                 return Ok(text);
             }
+            if found == OLDER_COLUMNS {
+                return Ok(with_remarks(&text));
+            }
             Err(TableError::Columns { path, found: found.chars().take(60).collect() })
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(format!("{TRIAL_COLUMNS}\n")),
         Err(error) => Err(FileError::on("read", &path)(error).into()),
     }
+}
+
+/// A table of an older release, with an empty remark in each row.
+fn with_remarks(text: &str) -> String {
+    let rows = text.trim_end_matches(['\n', '\r']).get(OLDER_COLUMNS.len()..).unwrap_or_default();
+    let mut table = TRIAL_COLUMNS.to_owned();
+    let (mut is_quoted, mut is_header) = (false, true);
+    for c in rows.chars().chain(['\n']) {
+        is_quoted ^= c == '"';
+        if c == '\n' && !is_quoted {
+            // The header has its new column already.
+            table += if is_header { "" } else { "," };
+            is_header = false;
+        }
+        if c != '\r' || is_quoted {
+            table.push(c);
+        }
+    }
+    table
 }
 
 /// Adds a row to the folder's table.
@@ -124,6 +152,7 @@ pub fn append(folder: &Path, row: &Row) -> Result<PathBuf, TableError> {
         quoted(&row.telemetry),
         row.reason.is_none().to_string(),
         quoted(row.reason.as_deref().unwrap_or("")),
+        quoted(row.remark.as_deref().unwrap_or("")),
     ];
     text.push_str(&fields.join(","));
     text.push('\n');
@@ -197,6 +226,21 @@ mod tests {
         assert_eq!(&rows[0][place("distance_m")], "1.500000");
         assert_eq!((&rows[0][place("valid")], &rows[1][place("valid")]), ("true", "false"));
         assert_eq!(&rows[1][place("reason")], "fault");
+    }
+
+    #[test]
+    fn a_table_of_an_older_release_gets_the_column_that_it_lacks() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = format!("{OLDER_COLUMNS}\n{}\"two\nlines\"\n{}\n", "1,".repeat(19), "2,".repeat(19));
+        std::fs::write(folder.path().join("trials.csv"), old).unwrap();
+
+        append(folder.path(), &Row { remark: Some("calibrated otherwise".into()), ..Row::default() })
+            .unwrap();
+
+        let text = std::fs::read_to_string(folder.path().join("trials.csv")).unwrap();
+        let rows: Vec<_> = csv::Reader::from_reader(text.as_bytes()).records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 3);
+        assert_eq!((&rows[0][19], &rows[0][20], &rows[2][20]), ("two\nlines", "", "calibrated otherwise"));
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub struct Row {
 
 /// Long legs first, methods in the order of legends.
 #[must_use]
-pub fn rows(best: &[Best]) -> Vec<Row> {
+pub fn rows(robot: &str, best: &[Best]) -> Vec<Row> {
     let mut sorted: Vec<&Best> = best.iter().collect();
     sorted.sort_by(|a, b| b.leg.cmp(&a.leg).then(a.method.cmp(&b.method)));
     let winner = |leg: LegScale, of: fn(&Best) -> Option<Mean>, sign: f64| {
@@ -49,7 +49,7 @@ pub fn rows(best: &[Best]) -> Vec<Row> {
     let row = |best: &Best| {
         let first = before.replace(best.leg).is_none_or(|leg| leg != best.leg);
         Row {
-            leg: leg_text(best.leg),
+            leg: leg_text(robot, best.leg),
             method: best.method.label(),
             cost: reached(best.cost_of_transport, best.cost_amplification),
             paper_cost: number(best.paper_cost_of_transport),
@@ -79,8 +79,8 @@ pub const HEADER: [&str; 6] =
 
 /// The picture; `None` where nothing walked.
 #[must_use]
-pub fn table(best: &[Best]) -> Option<Table> {
-    let rows = rows(best);
+pub fn table(robot: &str, best: &[Best]) -> Option<Table> {
+    let rows = rows(robot, best);
     let any = best.iter().any(|best| best.cost_of_transport.is_some() || best.speed_m_s.is_some());
     any.then(|| Table {
         title: "Best of each method".into(),

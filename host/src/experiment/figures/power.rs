@@ -150,7 +150,7 @@ const ROW_PX: u32 = 46;
 const ROOM: f64 = 1.5;
 
 /// The picture; `None` where no method has a power to show.
-pub fn figure(speeds: &[AtSpeed]) -> Option<Figure> {
+pub fn figure(robot: &str, speeds: &[AtSpeed]) -> Option<Figure> {
     let most_rows = speeds.iter().map(|at| at.rows.len()).max()?;
     let grey = Colour(110, 110, 110);
     let entry = |label: &str, marks: &[_]| Entry { label: label.into(), marks: marks.to_vec() };
@@ -164,11 +164,11 @@ pub fn figure(speeds: &[AtSpeed]) -> Option<Figure> {
         legend,
         columns: 1,
         panel_px: (super::WIDTH_PX, 90 + ROW_PX * most_rows as u32),
-        panels: speeds.iter().map(panel).collect(),
+        panels: speeds.iter().map(|at| panel(robot, at)).collect(),
     })
 }
 
-fn panel(at: &AtSpeed) -> Panel {
+fn panel(robot: &str, at: &AtSpeed) -> Panel {
     let AtSpeed { speed_m_s, rows } = at;
     let count = rows.len();
     // The first row stands at the top.
@@ -205,7 +205,11 @@ fn panel(at: &AtSpeed) -> Panel {
         "the slowest that all three share"
     };
     Panel {
-        title: format!("1 L (23 cm) at {} m/s, {whose}", (1000.0 * speed_m_s).round() / 1000.0),
+        title: format!(
+            "{} at {} m/s, {whose}",
+            super::leg_text(robot, paper::LEGS[0]),
+            (1000.0 * speed_m_s).round() / 1000.0
+        ),
         x,
         y: Axis::named(names),
         top: None,

@@ -80,7 +80,7 @@ pub fn figure(study: &Study, title: &str, x: Quantity, y: Quantity) -> Option<Sw
         .map(|(leg, series)| {
             let printed = printed(*leg, x, y);
             let down = y_axis(series, &printed, y);
-            let panel = panel(leg_text(*leg), series, &printed, &across, down, x);
+            let panel = panel(leg_text(&study.robot, *leg), series, &printed, &across, down, x);
             cut |= reaches_out(&panel);
             panel
         })

@@ -158,7 +158,7 @@ fn figure_5_is_drawn_at_the_slowest_speed_that_the_papers_methods_share_where_th
     // Somebody who walks at the paper's speed is shown there, too.
     conditions.push(walked(Method::AuthorsPsto, LONG, 1.0, 0.12, 0.8, 0.6));
     assert_eq!(at_speeds(&conditions).iter().map(|at| at.speed_m_s).collect::<Vec<_>>(), [0.12, 0.20]);
-    assert!(figure(&at_speeds(&[not_run(Method::Psto, LONG, 1.0)])).is_none());
+    assert!(figure("Ant", &at_speeds(&[not_run(Method::Psto, LONG, 1.0)])).is_none());
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn head(columns: &[(&str, bool)]) -> Markup {
 }
 
 /// Table 2, the paper's numbers beside ours.
-pub fn best(best: &[Best]) -> Markup {
+pub fn best(robot: &str, best: &[Best]) -> Markup {
     let columns: Vec<(&str, bool)> =
         HEADER.iter().enumerate().map(|(index, name)| (*name, index >= 2)).collect();
     let strong = |text: &str, is_best: bool| html! { @if is_best { strong { (text) } } @else { (text) } };
@@ -39,7 +39,7 @@ pub fn best(best: &[Best]) -> Markup {
             }
             (head(&columns))
             tbody {
-                @for row in rows(best) {
+                @for row in rows(robot, best) {
                     tr class=[row.first.then_some("first")] {
                         td.leg { (row.leg) }
                         th scope="row" { (row.method) }

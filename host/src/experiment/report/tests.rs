@@ -22,6 +22,22 @@ fn study(conditions: Vec<Condition>) -> Study {
     by_hand::study(&[], conditions)
 }
 
+/// Another robot is not the authors', and the paper's lengths are not its own.
+#[test]
+fn a_study_of_another_robot_speaks_of_that_robot() {
+    let ants = study(vec![condition(Method::Psto, 1.4, 0.6, 0.1, 0.01)]);
+    let ponys = Study { robot: "Pony".into(), ..ants.clone() };
+    let said = |study: &Study| {
+        format!("{} {:?} {:?}", words::place(study), words::legs(study), words::caveat(study))
+    };
+
+    assert!(said(&ants).contains("authors") && said(&ants).contains("(23 cm)"), "{}", said(&ants));
+    for theirs in ["authors", "23 cm", "1 L"] {
+        assert!(!said(&ponys).contains(theirs), "{}", said(&ponys));
+    }
+    assert!(words::place(&ponys).ends_with("a simulation of Pony"));
+}
+
 /// 0.6 of PSTO beside 0.5 of the sinusoid: 20 % of 0.5 more; the paper has 0.595 and 0.639, 6.9 % less.
 #[test]
 fn a_psto_that_loses_is_said_to_lose_and_by_how_much() {

@@ -84,7 +84,7 @@ const LEAST_SHOWN: f64 = 0.0005;
 
 /// Why PSTO and the sinusoid differ, leg by leg.
 #[must_use]
-pub fn reasons(balances: &[EnergyBalance]) -> Vec<String> {
+pub fn reasons(robot: &str, balances: &[EnergyBalance]) -> Vec<String> {
     let of = |method: Method, leg: LegScale| balances.iter().find(|of| of.method == method && of.leg == leg);
     let mut legs: Vec<LegScale> = balances.iter().map(|of| of.leg).collect();
     legs.dedup();
@@ -106,7 +106,7 @@ pub fn reasons(balances: &[EnergyBalance]) -> Vec<String> {
             .collect();
         Some(format!(
             "With legs of {}, {} pays {:.3} more than {}, each where it is cheapest: {}.",
-            leg_text(leg),
+            leg_text(robot, leg),
             names.0,
             dearer.total() - cheaper.total(),
             names.1,
@@ -158,7 +158,7 @@ fn verdict(study: &Study, leg: LegScale) -> Verdict {
     sentences.extend(against(Figure::Speed, &speeds, Method::Sinusoid, leg));
     sentences.extend(against(Figure::Speed, &speeds, Method::Original, leg));
     sentences.extend(runner_up(Figure::Speed, &speeds));
-    Verdict { leg: leg_text(leg), headline, sentences }
+    Verdict { leg: leg_text(&study.robot, leg), headline, sentences }
 }
 
 /// PSTO and a rival at their best, the paper's difference beside ours.
@@ -235,13 +235,15 @@ fn capital(sentence: &str) -> String {
 
 /// Where trials were walked.
 #[must_use]
-pub const fn place(venue: Venue) -> &'static str {
-    match venue {
-        Venue::Twin => "in the twin, a simulation of the authors\u{2019} robot",
+pub fn place(study: &Study) -> String {
+    match study.venue {
+        Venue::Twin if study.is_ants() => "in the twin, a simulation of the authors\u{2019} robot".into(),
+        Venue::Twin => format!("in a simulation of {}", study.robot),
         Venue::VirtualRobot => {
             "on the virtual robot: the robot\u{2019}s real firmware in an emulator, in a simulated body"
+                .into()
         }
-        Venue::Robot => "on a robot",
+        Venue::Robot => "on a robot".into(),
     }
 }
 
@@ -250,6 +252,14 @@ pub const fn place(venue: Venue) -> &'static str {
 pub fn caveat(study: &Study) -> Option<String> {
     if study.venue == Venue::Robot {
         return None;
+    }
+    if !study.is_ants() {
+        return Some(format!(
+            "These are predictions, not measurements: no robot walked. The simulated body is {} as its \
+             description says. An interval tells how much the trials\u{2019} perturbations matter, not how far \
+             the simulation is from a robot.",
+            study.robot
+        ));
     }
     let top = paper::TOP_SPEED_M_S;
     let faster = study.best.iter().filter_map(|best| best.speed_m_s).any(|speed| speed.mean > top);
@@ -297,5 +307,5 @@ pub fn legs(study: &Study) -> Vec<String> {
     let mut all: Vec<LegScale> = study.conditions.iter().map(|condition| condition.leg).collect();
     all.sort_by(|a, b| b.cmp(a));
     all.dedup();
-    all.into_iter().map(leg_text).collect()
+    all.into_iter().map(|leg| leg_text(&study.robot, leg)).collect()
 }

@@ -31,7 +31,7 @@ struct JointEntry {
 }
 
 const HEAD: &str = "\
-# A gait of the Ant. angle = centre_deg + amplitude * sum of c_k T_k(2 phase - 1),
+. angle = centre_deg + amplitude * sum of c_k T_k(2 phase - 1),
 # in degrees from the joint's neutral, phase 0 to 1 over one stride.
 ";
 
@@ -64,7 +64,14 @@ impl GaitFile {
             joint: Joint::ALL.into_iter().map(entry).collect(),
         };
         // TOML holds everything here but a seed of 2^63 or more, which `table` refuses.
-        format!("{HEAD}{}", toml::to_string(&document).unwrap_or_default())
+        let whose = match (&self.provenance.robot, self.provenance.leg_scale) {
+            (Some(robot), _) => format!(" of {robot}"),
+            (None, Some(_)) => " of the Ant".to_owned(),
+            (None, None) => String::new(),
+        };
+        // A name is for people: it may hold a line's end.
+        let whose = whose.replace(['\n', '\r'], " ");
+        format!("# A gait{whose}{HEAD}{}", toml::to_string(&document).unwrap_or_default())
     }
 
     pub(super) fn from_document(document: Document) -> Result<Self, UnusableGait> {

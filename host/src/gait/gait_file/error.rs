@@ -43,7 +43,7 @@ pub enum UnusableGait {
     #[error("{field} is {value}; it must be within {min} to {max}")]
     Value { field: &'static str, value: f64, min: f64, max: f64 },
     /// Not eight joints.
-    #[error("it has {found} joints; the Ant has {JOINT_COUNT}: hip1 to hip4 and knee1 to knee4")]
+    #[error("it has {found} joints; a robot has {JOINT_COUNT}: hip1 to hip4 and knee1 to knee4")]
     JointCount { found: usize },
     /// A name that is not a joint's.
     #[error("it names a joint {name:?}; joints are hip1 to hip4 and knee1 to knee4")]

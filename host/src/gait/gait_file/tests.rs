@@ -120,6 +120,38 @@ fn each_unusable_value_is_named_with_its_joint_and_limit() {
 }
 
 #[test]
+fn the_file_says_whose_gait_it_is_and_one_that_does_not_loads_as_well() {
+    let robot = Robot::ant(LegScale::SHORT).unwrap();
+    let robot = Robot { name: "Pony II".into(), ..robot };
+    let mut gait = walk();
+    gait.provenance = gait.provenance.with_robot(&robot);
+
+    let text = gait.to_toml();
+    let (_folder, path) = saved(&text);
+
+    assert!(text.starts_with("# A gait of Pony II. angle ="), "{text}");
+    assert_eq!(GaitFile::load(&path).unwrap().provenance.robot_sha256, Some(robot.sha256()));
+    assert!(walk().to_toml().starts_with("# A gait. angle ="));
+    assert_eq!(gait.encoded(), walk().encoded());
+}
+
+#[test]
+fn a_default_name_is_the_robots_own_and_fits() {
+    let trained = |robot: Option<&str>| {
+        let provenance =
+            Provenance { seed: Some(12), robot: robot.map(str::to_owned), ..Provenance::of(Source::Trained) };
+        provenance.gait_name(Path::new("stride.csv"))
+    };
+
+    assert_eq!(trained(None), "ant-seed-12");
+    assert_eq!(trained(Some("Ant")), "ant-seed-12");
+    assert_eq!(trained(Some("Pony")), "pony-seed-12");
+    assert_eq!(trained(Some("Großer Roboter 3")), "gro-er-r-seed-12");
+    assert_eq!(short_name("opt-", "Pony", "-seed0"), "opt-pony-seed0");
+    assert_eq!(short_name("opt-", "…", "-seed0"), "opt-robot-seed0");
+}
+
+#[test]
 fn a_missing_joint_is_counted() {
     let text = walk().to_toml();
     let last = text.rfind("[[joint]]").unwrap();
@@ -127,7 +159,7 @@ fn a_missing_joint_is_counted() {
 
     let message = message_of(&GaitFile::load(&path).unwrap_err());
 
-    assert!(message.contains("it has 7 joints; the Ant has 8"), "{message}");
+    assert!(message.contains("it has 7 joints; a robot has 8"), "{message}");
 }
 
 #[test]
