@@ -4,6 +4,7 @@
 //! polynomial fit, and the player that turns any of these into setpoints. Does
 //! not depend on the simulator, on the learner, or on the link to a robot.
 
+pub mod csv_text;
 pub mod fit;
 pub mod gait_file;
 pub mod gait_player;

@@ -188,8 +188,8 @@ impl Robot {
     /// What identifies the robot: SHA-256 of its description and its drawing.
     #[must_use]
     pub fn sha256(&self) -> String {
-        let digest = Sha256::new().chain_update(self.to_toml()).chain_update(&self.drawn.text).finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        let text = self.to_toml() + &self.drawn.text;
+        Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Everything that it carries and is.

@@ -17,6 +17,7 @@ use super::explain::{failure, failure_with_help, file_cause};
 use super::reach::interruptible;
 use super::steps::{StepError, Steps};
 use super::{Cause, Failure};
+use crate::device::tracker::TrackerError;
 use crate::experiment::ledger::{self, Identity, Ledger, LedgerError};
 use crate::experiment::materials::MaterialsError;
 use crate::experiment::method::Method;
@@ -123,6 +124,13 @@ enum ExperimentError {
     InTwinOnly { flag: &'static str },
     #[error("the distances are unknown, and nobody can be asked for them: standard input is not a terminal")]
     NoDistances,
+    #[error(
+        "the times in {} count from the first gait frame, so it cannot tell {walks} trials apart",
+        .path.display()
+    )]
+    RelativeTrack { path: PathBuf, walks: usize },
+    #[error(transparent)]
+    Tracker(#[from] TrackerError),
     #[error("no condition can be walked: {reason}")]
     Nothing { reason: String },
     /// Not a failure: the person at the robot ended the session.
@@ -159,6 +167,15 @@ impl ExperimentError {
             }
             Self::NoDistances => {
                 failure_with_help(Cause::Usage, self, "run it in a terminal, or add --tracker FILE")
+            }
+            Self::RelativeTrack { .. } => {
+                let help =
+                    "write Unix times in its column time_s, for all trials in one file. Nothing has moved";
+                failure_with_help(Cause::Input, self, help)
+            }
+            Self::Tracker(error) => {
+                let help = format!("{}. Nothing has moved", error.help());
+                failure_with_help(Cause::Input, error, help)
             }
             Self::Nothing { .. } => failure(Cause::Input, self),
             Self::Quit { .. } | Self::Interrupted { .. } => failure_with_help(

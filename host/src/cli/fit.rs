@@ -11,7 +11,7 @@ mod policy_record;
 mod refusal;
 mod report;
 
-use super::explain::{failure, file_cause};
+use super::explain::{failure, failure_with_help, file_cause};
 use super::material::playable;
 use super::recording::{Chosen, DefaultRows, Recording};
 use super::{Cause, Failure};
@@ -78,6 +78,18 @@ struct BadOut {
     path: PathBuf,
 }
 
+#[derive(Debug, Error)]
+#[error("the curve keeps nothing of the recording: R2 is below {LEAST_R2} of every joint that moves")]
+struct KeepsNothing;
+
+/// A curve with less is not the recording's.
+const LEAST_R2: f64 = 0.05;
+
+fn keeps_nothing(fits: &[fit::JointFit]) -> bool {
+    let mut shares = fits.iter().filter_map(|fit| fit.series.r2).peekable();
+    shares.peek().is_some() && shares.all(|r2| r2 < LEAST_R2)
+}
+
 pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
     args.recording.robot = args.robot.take();
@@ -92,6 +104,11 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let is_window = described.is_some_and(|record| record.window_s.is_some());
     let seam = args.seam.unwrap_or(Seam::usual(is_window));
     let fits = fit::fit(rows, &chosen.scale, seam).map_err(|e| failure(Cause::Input, e))?;
+
+    if keeps_nothing(&fits) {
+        let help = "choose the rows of one stride: --rows A..B, or a --period that fits them";
+        return Err(failure_with_help(Cause::Input, KeepsNothing, help));
+    }
 
     let provenance = history::provenance(&args, &chosen, seam);
     let gait = GaitFile {

@@ -14,12 +14,13 @@ use super::reach::{Port, interruptible, unreachable_robot};
 use super::{Cause, Failure, agreement, robots};
 use crate::device::link::ports::SerialLink;
 use crate::device::link::{LinkError, words};
+use crate::device::tracker::plausible::TopSpeed;
 use crate::device::trial::table::{self, Row, TableError};
 use crate::device::trial::{self, Order, TrialStop, clock};
 use crate::gait::gait_file::limits::as_typed;
 use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::gait::gait_player::Playable;
-use crate::robot::Robot;
+use crate::robot::{LegScale, Robot};
 use crate::run_folder::{self, FileError};
 use distance::Source;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -40,7 +41,7 @@ use thiserror::Error;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Do not walk: show what the robot recorded of its last walk, even one without a host
-    #[arg(long, conflicts_with_all = ["duration", "amplitude", "clip", "tracker"])]
+    #[arg(long, conflicts_with_all = ["duration", "amplitude", "clip"])]
     last: bool,
     /// Duration of the trial in seconds
     #[arg(long, value_name = "S", default_value_t = 12.0)]
@@ -54,8 +55,8 @@ pub struct Args {
     /// Net horizontal distance, if it is known before the trial
     #[arg(long, value_name = "M", conflicts_with = "tracker", allow_negative_numbers = true)]
     distance: Option<f64>,
-    /// Positions: CSV with time_s,x_m,y_m (Unix time, or 0 = first gait frame), or the virtual
-    /// robot's JSON lines
+    /// Positions: CSV with time_s,x_m,y_m (Unix time, or 0 = first gait frame; metres on the
+    /// floor, z up), or the virtual robot's JSON lines
     #[arg(long, value_name = "FILE")]
     tracker: Option<PathBuf>,
     /// Mass of the robot [default: from --robot]
@@ -84,6 +85,15 @@ enum MeasureError {
     UnknownDistance,
     #[error("no distance was entered; the trial is noted without one")]
     NoAnswer,
+    #[error("{distance_m:.3} m in {duration_s:.2} s is {speed_m_s:.3} m/s, and {top}: is it in {unit}?")]
+    TooFast { distance_m: f64, duration_s: f64, speed_m_s: f64, top: TopSpeed, unit: &'static str },
+    #[error("the INA219 sees current flowing backwards: exchange VIN+ and VIN-")]
+    Backwards,
+    #[error(
+        "the robot walked and measured no energy: the INA219 sees no current, or current flowing backwards: \
+         see that the servos' supply goes in at VIN+ and out at VIN-"
+    )]
+    NoEnergy,
     #[error("no telemetry of the trial arrived, so its place in the tracker's recording is unknown")]
     NoTelemetry,
 }
@@ -133,7 +143,10 @@ pub fn run(args: Args) -> Result<(), Failure> {
     }
     let failed = match trial.stop.take() {
         Some(stop) => Some(stopped(stop, &mut outcome.row)),
-        None => outcome.add_distance(&source, clock::interval(&trial.samples)).err(),
+        None => {
+            let interval = clock::interval(&trial.samples);
+            outcome.add_distance(&source, interval, top_speed(&args, &folder)).err()
+        }
     };
     outcome.row.time = jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string();
     outcome.print(&args, &folder);
@@ -230,6 +243,12 @@ fn described(args: &Args, folder: &Path) -> Result<Option<Robot>, Failure> {
         (named, _) => robots::of(named.as_deref(), folder).map(Some),
     };
     robot.map_err(|e| failure(Cause::Input, e))
+}
+
+/// By the robot's legs; the Ant's where its description cannot be read.
+fn top_speed(args: &Args, folder: &Path) -> TopSpeed {
+    let robot = robots::of(args.robot.as_deref(), folder).or_else(|_| Robot::ant(LegScale::LONG));
+    robot.map_or(TopSpeed::of_legs(1e6), |robot| distance::top_speed(&robot))
 }
 
 fn unwritable(error: TableError) -> Failure {

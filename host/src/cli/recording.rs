@@ -52,7 +52,9 @@ pub struct Recording {
     /// Joints that turn the other way on the robot: `ank3,ank4`
     #[arg(long, value_delimiter = ',', value_name = "JOINTS")]
     negate: Option<Vec<String>>,
-    /// Degrees per unit of action at amplitude 1.0 [default: 24]
+    /// Degrees per unit of action at amplitude 1.0; for columns in degrees 1, in radians
+    /// --unit-deg 57.2958 --centre-unit-deg 57.2958, in microseconds of a servo at 10 us a degree
+    /// 0.1 with --neutral 1500 [default: 24]
     #[arg(long, value_name = "DEG")]
     unit_deg: Option<f64>,
     /// Degrees per unit of the mean action [default: 45, as simulated]
@@ -61,6 +63,10 @@ pub struct Recording {
     /// Degrees between action 0 and neutral [default: 0]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     centre_offset_deg: Option<f64>,
+    /// What the columns hold at neutral, taken off before any scale: 1500 (microseconds), 330
+    /// (ticks), 90 (degrees); or eight values, hip1 to knee4 [default: 0]
+    #[arg(long, value_delimiter = ',', value_name = "VALUE", allow_negative_numbers = true)]
+    neutral: Option<Vec<f64>>,
     /// Joint limit either way [default: that of the run's robot or of --leg's, else 45]
     #[arg(long, value_name = "DEG")]
     limit_deg: Option<f64>,
@@ -172,6 +178,7 @@ impl Recording {
             ("--unit-deg", self.unit_deg.is_some()),
             ("--centre-unit-deg", self.centre_unit_deg.is_some()),
             ("--centre-offset-deg", self.centre_offset_deg.is_some()),
+            ("--neutral", self.neutral.is_some()),
             ("--limit-deg", self.limit_deg.is_some()),
             ("--leg", self.leg.is_some()),
         ];
@@ -190,12 +197,18 @@ impl Recording {
         check_range("time-stretch", Some(time_stretch), 0.01, 1000.0)?;
         check_range("period", self.period, 1e-3, 1e4)?;
         let path = self.path();
-        let trajectory = Trajectory::read(&path, map.columns.as_deref()).map_err(unreadable)?;
+        let mut trajectory = Trajectory::read(&path, map.columns.as_deref()).map_err(unreadable)?;
+        if let Some(neutrals) = map.neutrals().map_err(|e| failure(Cause::Usage, e))? {
+            for (value, neutral) in trajectory.actions.iter_mut().flat_map(|row| row.iter_mut().zip(neutrals))
+            {
+                *value -= neutral;
+            }
+        }
         let (rows, found) = self.rows(&trajectory, default)?;
         let recorded_s = self.recorded_s(&trajectory, &rows)?;
         let robot = self.robot()?;
         let scale = scale(&map, robot.as_ref())?;
-        let is_whole_stride = trajectory.is_own_stride && self.rows.is_none();
+        let is_whole_stride = trajectory.is_own_stride && self.rows.is_none() && found.is_none();
         Ok(Chosen { path, trajectory, rows, found, is_whole_stride, recorded_s, time_stretch, scale, robot })
     }
 
@@ -206,6 +219,7 @@ impl Recording {
             unit_deg: self.unit_deg,
             centre_unit_deg: self.centre_unit_deg,
             centre_offset_deg: self.centre_offset_deg,
+            neutral: self.neutral.clone(),
             limit_deg: self.limit_deg,
         };
         let Some(path) = &self.map else { return Ok(flags) };
@@ -222,7 +236,8 @@ impl Recording {
         let (rows, found) = match &self.rows {
             Some(Rows::Range(rows)) => (rows.clone(), None),
             Some(Rows::All) => (whole, None),
-            None if trajectory.is_own_stride || default == DefaultRows::All => (whole, None),
+            None if default == DefaultRows::All => (whole, None),
+            None if trajectory.is_own_stride && !holds_more_than_a_stride(trajectory) => (whole, None),
             None => {
                 let found = loop_finder::find_loop(&trajectory.actions).map_err(|e| {
                     failure_with_help(
@@ -261,6 +276,13 @@ impl Recording {
     }
 }
 
+/// Whether a file with the columns of one stride lasts longer than any stride.
+fn holds_more_than_a_stride(trajectory: &Trajectory) -> bool {
+    let times = trajectory.times_s.as_deref().unwrap_or_default();
+    let lasts_s = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    lasts_s * 1e6 > f64::from(MAX_PERIOD_US)
+}
+
 fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
     let scale = Scale {
         signs: map.signs().map_err(|e: JointMapError| failure(Cause::Usage, e))?,
@@ -269,7 +291,7 @@ fn scale(map: &JointMap, robot: Option<&Robot>) -> Result<Scale, Failure> {
         centre_offset_deg: map.centre_offset_deg.unwrap_or(0.0),
         limit_deg: map.limit_deg.or(robot.map(|r| r.joint_limit_deg)).unwrap_or(DEFAULT_LIMIT_DEG),
     };
-    check_range("unit-deg", Some(scale.unit_deg), 0.1, 120.0)?;
+    check_range("unit-deg", Some(scale.unit_deg), 0.001, 120.0)?;
     check_range("centre-unit-deg", Some(scale.centre_unit_deg), -180.0, 180.0)?;
     check_range("centre-offset-deg", Some(scale.centre_offset_deg), -90.0, 90.0)?;
     check_range("limit-deg", Some(scale.limit_deg), 1.0, 90.0)?;

@@ -8,7 +8,7 @@ mod range;
 mod seeds;
 mod show;
 
-use super::explain::path_text;
+use super::explain::{path_text, warn};
 use super::{Cause, Failure, output};
 use crate::env::Env;
 use crate::learn::preset::Preset;
@@ -141,8 +141,7 @@ fn train_one(
         }
     });
     bar.finish_and_clear();
-    let outcome =
-        outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })?;
+    let outcome = outcome.map_err(|source| TrainCliError::stopped(folder, source))?;
     report(&outcome, &config, change.learned_on(&config), folder, json);
     match outcome.ending {
         Ending::Done => Ok(()),
@@ -213,6 +212,13 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) -> Result<(), ctrlc::Error> {
 fn report(outcome: &Outcome, config: &RunConfig, device: Device, folder: &Path, json: bool) {
     let untrained = &outcome.curve[0];
     let best = &outcome.curve[outcome.best];
+    if outcome.ending == Ending::Done && outcome.best == 0 {
+        warn(
+            "no evaluation beat the untrained policy: nothing was learned, and the policy that was kept is \
+             the untrained one. Try smaller learning rates (actor_learning_rate, critic_learning_rate under \
+             [td3]), more updates, or another --seed",
+        );
+    }
     if json {
         let result = TrainResult {
             run: path_text(folder),

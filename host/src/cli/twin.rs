@@ -7,6 +7,7 @@ mod report;
 
 use super::explain::{failure, failure_with_help, file_cause};
 use super::{Cause, Failure};
+use crate::energy::STANDARD_GRAVITY_M_S2;
 use crate::robot::{LegScale, Robot};
 use crate::run_folder;
 use crate::twin::{self, Begin, Budget, Fit, Options, Parameter, Progress, Tables, Trials, TwinError};
@@ -153,6 +154,7 @@ fn prepare(data: &Data) -> Result<(Robot, Tables, Trials, rayon::ThreadPool), Fa
     robot.check().map_err(|error| failure(Cause::Input, error))?;
     let tables = Tables::read(&data.tables).map_err(input)?;
     let trials = Trials::read(&data.trials, data.leg).map_err(input)?;
+    trials.check_weight(&data.trials, robot.mass_kg() * STANDARD_GRAVITY_M_S2).map_err(input)?;
     let count = data.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(count)

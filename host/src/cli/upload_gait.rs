@@ -47,8 +47,7 @@ pub struct Args {
     /// Folder of the robot that it is for [default: the run's, else the Ant with the gait's legs]
     #[arg(long, value_name = "FOLDER")]
     robot: Option<PathBuf>,
-    /// Upload although the gait is of another robot, or the robot is calibrated otherwise than
-    /// its description says
+    /// Upload another robot's gait, or to a robot that is not calibrated as described
     #[arg(long)]
     anyway: bool,
     /// Keep it in RAM only, until the next reset

@@ -20,7 +20,7 @@ use protocol::frame::{self, Decoder, MAX_FRAME_LEN, Request, STOP_BYTE};
 use protocol::{Command, Event, HelloReply, Message, PROTOCOL_VERSION, Refusal, Reply, Status};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Telemetry or an event, which the robot sends unasked, and when it arrived.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,9 @@ pub struct Incoming {
 /// About a minute of telemetry is kept until it is fetched.
 const UNASKED_CAPACITY: usize = 4096;
 
+/// Between two reads while another program takes the bytes.
+const STOLEN_WAIT: Duration = Duration::from_millis(1);
+
 /// A session with a robot.
 #[derive(Debug)]
 pub struct Link<P> {
@@ -46,6 +49,8 @@ pub struct Link<P> {
     started: bool,
     bytes_heard: u64,
     bad_frames: u64,
+    /// Reads that found nothing although bytes had arrived: another program took them.
+    stolen_reads: u64,
     replies: VecDeque<(u8, Reply)>,
     unasked: VecDeque<Incoming>,
 }
@@ -70,6 +75,7 @@ impl<P: Read + Write> Link<P> {
             started: false,
             bytes_heard: 0,
             bad_frames: 0,
+            stolen_reads: 0,
             replies: VecDeque::new(),
             unasked: VecDeque::new(),
         };
@@ -148,6 +154,7 @@ impl<P: Read + Write> Link<P> {
             port: self.name.clone(),
             command: words::command(&command),
             attempts: self.timeouts.attempts,
+            other: self.other_reader(),
         })
     }
 
@@ -242,7 +249,14 @@ impl<P: Read + Write> Link<P> {
             port: self.name.clone(),
             waited_s: self.timeouts.hello_for.as_secs_f64(),
             bytes_heard: self.bytes_heard,
+            other: self.other_reader(),
         })
+    }
+
+    /// Who else reads this port: a name, or nothing but the fact.
+    fn other_reader(&self) -> Option<String> {
+        let seen = (self.stolen_reads > 0).then(|| "its name: your user may not see it".to_owned());
+        ports::other_reader(&self.name).or(seen)
     }
 
     fn listen_for_start(&mut self, until: Instant) -> Result<(), LinkError> {
@@ -280,7 +294,13 @@ impl<P: Read + Write> Link<P> {
             Ok(0) => return Err(self.broken("read from", ErrorKind::UnexpectedEof.into())),
             Ok(count) => count,
             Err(error) => match error.kind() {
-                ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted => return Ok(()),
+                ErrorKind::WouldBlock => {
+                    self.stolen_reads += 1;
+                    // Until the other program has taken them all, the port is always ready.
+                    std::thread::sleep(STOLEN_WAIT);
+                    return Ok(());
+                }
+                ErrorKind::TimedOut | ErrorKind::Interrupted => return Ok(()),
                 _ => return Err(self.broken("read from", error)),
             },
         };

@@ -1,19 +1,29 @@
 //! The robot's positions from a motion tracker, and the distance walked.
 //!
-//! Holds two formats: CSV with `time_s,x_m,y_m`, and the virtual robot's JSON lines
-//! with `unix_time_s`, `x_m`, `y_m`. Positions are never extrapolated beyond the
-//! recording or interpolated over a gap of more than half a second. Does not depend
-//! on how the robot was ordered to walk.
+//! Holds two formats: tables with `time_s`, `x_m`, `y_m` ([`table`]), and the virtual
+//! robot's JSON lines with `unix_time_s`, `x_m`, `y_m`. Positions are never
+//! extrapolated beyond the recording or interpolated over a gap of more than half a
+//! second, and a speed that no legs can make is an error ([`plausible`]). Does not
+//! depend on how the robot was ordered to walk.
 
+mod error;
+pub mod plausible;
+mod table;
+
+pub use error::TrackerError;
+
+use crate::gait::csv_text;
 use crate::run_folder::FileError;
+use plausible::TopSpeed;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// Positions farther apart than this are not joined by a straight line.
 const MAX_GAP_S: f64 = 0.5;
 /// Times above this, 2001 in Unix time, are not seconds since a trial's start.
 const UNIX_FROM_S: f64 = 1e9;
+/// Times above this, the year 5138 in Unix time, are not in seconds.
+const SECONDS_BELOW: f64 = 1e11;
 
 /// What the times of a track count from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,8 +40,12 @@ struct Point {
     time_s: f64,
     x_m: f64,
     y_m: f64,
+    /// Height, where a table has it: to see whether y is the height instead.
+    z_m: Option<f64>,
     tilt_rad: Option<f64>,
     true_energy_j: Option<f64>,
+    /// Line of the file, from 1.
+    line: usize,
 }
 
 /// Positions in order of time.
@@ -52,59 +66,8 @@ pub struct Walked {
     pub max_tilt_rad: Option<f64>,
     /// Energy from a virtual robot's battery meanwhile, without sensor error.
     pub true_energy_j: Option<f64>,
-}
-
-/// Why a track cannot be used.
-#[derive(Debug, Error)]
-// The messages say what each field is.
-#[allow(missing_docs)]
-pub enum TrackerError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The text is neither format.
-    #[error("{path}, line {line}: {text:?} is neither {what}")]
-    Row {
-        path: PathBuf,
-        line: usize,
-        /// Its first 60 characters.
-        text: String,
-        /// The two things it could be.
-        what: &'static str,
-    },
-    /// A column is not there.
-    #[error("{path} has no column {column}; its columns are {columns}")]
-    MissingColumn {
-        path: PathBuf,
-        column: &'static str,
-        /// The columns that it has, by commas.
-        columns: String,
-    },
-    /// Time runs backwards.
-    #[error("{path}, line {line}: time goes back from {before_s} to {after_s}")]
-    Backwards { path: PathBuf, line: usize, before_s: f64, after_s: f64 },
-    /// The file holds no positions.
-    #[error("{path} holds no positions")]
-    Empty { path: PathBuf },
-    /// The trial is not, or not wholly, in the recording.
-    #[error(
-        "{path} does not cover the trial: it has {first_s:.3} to {last_s:.3} s, the trial is {start_s:.3} to {end_s:.3} s \
-         ({})", .epoch.words()
-    )]
-    NotCovered { path: PathBuf, first_s: f64, last_s: f64, start_s: f64, end_s: f64, epoch: Epoch },
-    /// The tracker lost the robot at an end of the trial.
-    #[error(
-        "{path} has no position from {from_s:.3} to {to_s:.3} s, and the trial has an end at {at_s:.3} s"
-    )]
-    Gap {
-        path: PathBuf,
-        /// Time of the last position before.
-        from_s: f64,
-        /// Time of the first position after.
-        to_s: f64,
-        /// The end of the trial that lies between.
-        at_s: f64,
-    },
+    /// How often a tracker saw something else for a moment, in mid-trial.
+    pub jumps: usize,
 }
 
 impl Epoch {
@@ -132,25 +95,39 @@ impl Track {
     /// # Errors
     /// [`TrackerError`] with file and line.
     pub fn load(path: &Path) -> Result<Self, TrackerError> {
-        let text = std::fs::read_to_string(path).map_err(FileError::on("read", path))?;
-        let lines =
-            if text.trim_start().starts_with('{') { read_json(path, &text) } else { read_csv(path, &text) };
-        let lines = lines?;
-        let pairs = lines.iter().zip(lines.iter().skip(1));
-        for ((_, before), (line, after)) in pairs {
+        let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
+        let text = csv_text::decode(&bytes).ok_or_else(|| TrackerError::NotText { path: path.to_owned() })?;
+        let is_json = text.trim_start().starts_with('{');
+        let points = if is_json { read_json(path, &text)? } else { table::read(path, &text)? };
+        for pair in points.windows(2) {
+            let [before, after] = [pair[0], pair[1]];
             if after.time_s < before.time_s {
                 return Err(TrackerError::Backwards {
                     path: path.to_owned(),
-                    line: *line,
+                    line: after.line,
                     before_s: before.time_s,
                     after_s: after.time_s,
                 });
             }
         }
-        if lines.is_empty() {
-            return Err(TrackerError::Empty { path: path.to_owned() });
+        let first = points.first().ok_or_else(|| TrackerError::Empty { path: path.to_owned() })?;
+        if first.time_s > SECONDS_BELOW {
+            return Err(TrackerError::NotSeconds { path: path.to_owned(), first_s: first.time_s });
         }
-        Ok(Self { path: path.to_owned(), points: lines.into_iter().map(|(_, point)| point).collect() })
+        Ok(Self { path: path.to_owned(), points })
+    }
+
+    /// Looks at a file before a walk: whether it will be read, as far as that can be
+    /// known; a file that holds no positions yet may get them during the walk.
+    ///
+    /// # Errors
+    /// [`TrackerError`] that no walk will mend.
+    pub fn check(path: &Path) -> Result<Option<Epoch>, TrackerError> {
+        match Self::load(path) {
+            Ok(track) => Ok(Some(track.epoch())),
+            Err(TrackerError::Empty { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// What the times count from.
@@ -165,8 +142,9 @@ impl Track {
     /// Net horizontal displacement over a trial given in Unix time.
     ///
     /// # Errors
-    /// [`TrackerError::NotCovered`] or [`TrackerError::Gap`], naming the interval.
-    pub fn walked(&self, start_unix_s: f64, end_unix_s: f64) -> Result<Walked, TrackerError> {
+    /// [`TrackerError::NotCovered`] or [`TrackerError::Gap`], naming the interval; else
+    /// positions that no robot with this top speed can have had.
+    pub fn walked(&self, start_unix_s: f64, end_unix_s: f64, top: TopSpeed) -> Result<Walked, TrackerError> {
         let epoch = self.epoch();
         let (start_s, end_s) = match epoch {
             Epoch::Unix => (start_unix_s, end_unix_s),
@@ -182,6 +160,7 @@ impl Track {
         }
         let start = self.at(start_s)?;
         let end = self.at(end_s)?;
+        let jumps = plausible::check(&self.path, &self.points, &start, &end, top)?;
         let energies = start.true_energy_j.zip(end.true_energy_j);
         let meanwhile = self.points.iter().filter(|point| (start_s..=end_s).contains(&point.time_s));
         let displacement_m = [end.x_m - start.x_m, end.y_m - start.y_m];
@@ -190,6 +169,7 @@ impl Track {
             displacement_m: Some(displacement_m),
             max_tilt_rad: meanwhile.filter_map(|point| point.tilt_rad).max_by(f64::total_cmp),
             true_energy_j: energies.map(|(start, end)| end - start),
+            jumps,
         })
     }
 
@@ -211,59 +191,32 @@ impl Track {
             time_s,
             x_m: between(a.x_m, b.x_m),
             y_m: between(a.y_m, b.y_m),
+            z_m: a.z_m.zip(b.z_m).map(|(a, b)| between(a, b)),
+            line: b.line,
             tilt_rad: a.tilt_rad.zip(b.tilt_rad).map(|(a, b)| between(a, b)),
             true_energy_j: a.true_energy_j.zip(b.true_energy_j).map(|(a, b)| between(a, b)),
         })
     }
 }
 
-fn read_json(path: &Path, text: &str) -> Result<Vec<(usize, Point)>, TrackerError> {
+fn read_json(path: &Path, text: &str) -> Result<Vec<Point>, TrackerError> {
     let mut points = Vec::new();
     let count = text.lines().count();
     for (i, line) in text.lines().enumerate() {
         let is_last = i + 1 == count && !text.ends_with('\n');
         match serde_json::from_str::<JsonPoint>(line) {
             Ok(JsonPoint { unix_time_s: time_s, x_m, y_m, tilt_rad, true_energy_j }) => {
-                points.push((i + 1, Point { time_s, x_m, y_m, tilt_rad, true_energy_j }));
+                points.push(Point { time_s, x_m, y_m, z_m: None, tilt_rad, true_energy_j, line: i + 1 });
             }
             // The virtual robot may be writing its last line.
             Err(_) if is_last || line.trim().is_empty() => {}
             Err(_) => {
                 let what = "JSON with unix_time_s, x_m and y_m, nor an unfinished last line";
-                return Err(bad_row(path, i + 1, line, what));
+                return Err(TrackerError::row(path, i + 1, line, what));
             }
         }
     }
     Ok(points)
-}
-
-fn read_csv(path: &Path, text: &str) -> Result<Vec<(usize, Point)>, TrackerError> {
-    let mut lines = text.trim_start_matches('\u{FEFF}').lines().enumerate();
-    let Some((_, header)) = lines.next() else { return Ok(Vec::new()) };
-    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    let place = |column: &'static str| {
-        columns.iter().position(|c| *c == column).ok_or_else(|| TrackerError::MissingColumn {
-            path: path.to_owned(),
-            column,
-            columns: columns.join(", "),
-        })
-    };
-    let places = [place("time_s")?, place("x_m")?, place("y_m")?];
-    let mut points = Vec::new();
-    for (i, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-        let number = |place: usize| fields.get(place)?.parse::<f64>().ok().filter(|v| v.is_finite());
-        let [Some(time_s), Some(x_m), Some(y_m)] = places.map(number) else {
-            return Err(bad_row(path, i + 1, line, "finite time_s, x_m and y_m, nor empty"));
-        };
-        points.push((i + 1, Point { time_s, x_m, y_m, tilt_rad: None, true_energy_j: None }));
-    }
-    Ok(points)
-}
-
-fn bad_row(path: &Path, line: usize, text: &str, what: &'static str) -> TrackerError {
-    let text = text.chars().take(60).collect();
-    TrackerError::Row { path: path.to_owned(), line, text, what }
 }
 
 #[cfg(test)]

@@ -23,6 +23,8 @@ pub struct JointMap {
     pub centre_unit_deg: Option<f64>,
     /// Degrees between action 0 and neutral.
     pub centre_offset_deg: Option<f64>,
+    /// What the columns hold at neutral, before any scale: one value, or one a joint.
+    pub neutral: Option<Vec<f64>>,
     /// Joint limit, either way from neutral.
     pub limit_deg: Option<f64>,
 }
@@ -44,6 +46,14 @@ pub enum JointMapError {
         /// The name.
         name: String,
     },
+    /// Neither one value for all joints nor one for each.
+    #[error(
+        "there are {count} neutral values; give one for all joints, or {JOINT_COUNT}: hip1 to hip4, knee1 to knee4"
+    )]
+    Neutrals { count: usize },
+    /// NaN or infinite.
+    #[error("a neutral value of {value} is not a finite number")]
+    Neutral { value: f64 },
 }
 
 impl JointMap {
@@ -66,7 +76,25 @@ impl JointMap {
             unit_deg: self.unit_deg.or(base.unit_deg),
             centre_unit_deg: self.centre_unit_deg.or(base.centre_unit_deg),
             centre_offset_deg: self.centre_offset_deg.or(base.centre_offset_deg),
+            neutral: self.neutral.or(base.neutral),
             limit_deg: self.limit_deg.or(base.limit_deg),
+        }
+    }
+
+    /// What each column holds at neutral, if that is not 0, in [`Joint::ALL`] order.
+    ///
+    /// # Errors
+    /// [`JointMapError::Neutrals`], [`JointMapError::Neutral`].
+    pub fn neutrals(&self) -> Result<Option<[f64; JOINT_COUNT]>, JointMapError> {
+        let Some(values) = &self.neutral else { return Ok(None) };
+        if let Some(&value) = values.iter().find(|value| !value.is_finite()) {
+            return Err(JointMapError::Neutral { value });
+        }
+        match values.as_slice() {
+            [all] => Ok(Some([*all; JOINT_COUNT])),
+            values => {
+                values.try_into().map(Some).map_err(|_| JointMapError::Neutrals { count: values.len() })
+            }
         }
     }
 

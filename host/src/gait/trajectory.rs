@@ -9,6 +9,7 @@ pub mod loop_finder;
 
 pub use error::TrajectoryError;
 
+use crate::gait::csv_text;
 use crate::run_folder::FileError;
 use csv::StringRecord;
 use protocol::{JOINT_COUNT, Joint};
@@ -60,13 +61,20 @@ impl Trajectory {
     /// [`TrajectoryError`] with file, line, column and value.
     pub fn read(path: &Path, columns: Option<&[String]>) -> Result<Self, TrajectoryError> {
         let bytes = std::fs::read(path).map_err(FileError::on("read", path))?;
-        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
+        let text =
+            csv_text::decode(&bytes).ok_or_else(|| TrajectoryError::NotText { path: path.to_owned() })?;
+        let first_line = csv_text::lines(&text).into_iter().find(|line| {
+            let line = line.trim();
+            !line.is_empty() && !line.starts_with('#')
+        });
+        let separator = csv_text::separator(first_line.unwrap_or_default());
         let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator as u8)
             .has_headers(false)
             .flexible(true)
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
-            .from_reader(text);
+            .from_reader(text.as_bytes());
         let mut records = Vec::new();
         for record in reader.records() {
             records.push(record.map_err(|source| TrajectoryError::Csv { path: path.to_owned(), source })?);
@@ -74,14 +82,14 @@ impl Trajectory {
         let Some(first) = records.first() else {
             return Err(TrajectoryError::Empty { path: path.to_owned() });
         };
-        let has_header = first.iter().all(|field| field.parse::<f64>().is_err());
+        let has_header = first.iter().all(|field| csv_text::number(field, separator).is_none());
         let columns = match columns {
             Some(names) => given_columns(names)?,
             None if has_header => {
                 first.iter().map(|name| Column::from_name(name).unwrap_or(Column::Other)).collect()
             }
             None => {
-                let first_line = first.iter().collect::<Vec<_>>().join(",");
+                let first_line = csv_text::shortened(&first.iter().collect::<Vec<_>>().join(","));
                 return Err(TrajectoryError::NoHeader { path: path.to_owned(), first_line });
             }
         };
@@ -90,7 +98,7 @@ impl Trajectory {
         if rows.is_empty() {
             return Err(TrajectoryError::Empty { path: path.to_owned() });
         }
-        layout.read_rows(path, rows, &bytes)
+        layout.read_rows(path, rows, &bytes, separator)
     }
 
     /// Mean interval between the rows `first..end`; `None` without times.
@@ -176,7 +184,7 @@ impl Layout {
                 path: path.to_owned(),
                 found: JOINT_COUNT - missing.len(),
                 missing: missing.join(", "),
-                columns: first.iter().collect::<Vec<_>>().join(", "),
+                columns: csv_text::shortened(&first.iter().collect::<Vec<_>>().join(", ")),
             });
         }
         let own = std::iter::once(Column::Time).chain(Joint::ALL.map(Column::Joint));
@@ -193,20 +201,26 @@ impl Layout {
         path: &Path,
         rows: &[StringRecord],
         file: &[u8],
+        separator: char,
     ) -> Result<Trajectory, TrajectoryError> {
         let mut times_s = Vec::new();
         let mut actions = Vec::with_capacity(rows.len());
         let mut lines = Vec::with_capacity(rows.len());
         for row in rows {
             let line = row.position().map_or(0, csv::Position::line);
-            if row.len() != self.column_count {
+            // Some programs end their rows with a separator, but not their header.
+            let has_end = row.len() == self.column_count + 1 && row.get(self.column_count) == Some("");
+            if row.len() != self.column_count && !has_end {
                 let (expected, found) = (self.column_count, row.len());
                 return Err(TrajectoryError::RowLength { path: path.to_owned(), line, expected, found });
             }
             let number = |place: usize, column: &'static str| {
                 let text = row.get(place).unwrap_or("");
-                text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-                    TrajectoryError::Number { path: path.to_owned(), line, column, text: text.into() }
+                csv_text::number(text, separator).ok_or_else(|| TrajectoryError::Number {
+                    path: path.to_owned(),
+                    line,
+                    column,
+                    text: text.into(),
                 })
             };
             if let Some(place) = self.time {

@@ -139,7 +139,7 @@ fn check_joint(joint: &Joint) -> Result<(), ModelError> {
     let what = || format!("joint {:?}", joint.name);
     loaded::check_numbers(what, &numbers(&joint.origin))?;
     loaded::check_numbers(what, joint.axis.xyz.as_slice())?;
-    // Infinite limits are none, but NaN is not a number.
+    // Infinite limits are none, but NaN is refused.
     if joint.limit.lower.is_nan() || joint.limit.upper.is_nan() {
         loaded::check_numbers(|| format!("the <limit> of {}", what()), &[f64::NAN])?;
     }

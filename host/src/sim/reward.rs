@@ -1,6 +1,6 @@
 //! The reward of a control step: its terms, their weights and their sum.
 //!
-//! Holds one table, [`TERMS`], with a row for each term: the paper's, and three of
+//! Holds one table, [`TERMS`], with a row for each term: the paper's, and some of
 //! ours. Does not depend on the world: it sees a step as [`Observed`] numbers, so
 //! that each term can be checked by hand. The default weights are pybullet-gym's,
 //! which the paper builds on; our terms are off there.

@@ -86,6 +86,21 @@ pub enum TwinError {
         /// What there is.
         has: String,
     },
+    /// Another weight than the robot's follows from the numbers.
+    #[error(
+        "{path}: the trials' own weight, power / (speed x cost of transport), is {trials_n:.1} N, the robot's \
+         {robot_n:.1} N: {question}"
+    )]
+    Weight {
+        /// Which file.
+        path: PathBuf,
+        /// Median over the trials.
+        trials_n: f64,
+        /// Of the description.
+        robot_n: f64,
+        /// Which unit is likely.
+        question: String,
+    },
     /// Trials of a gait that has no table.
     #[error("there are trials of {gait}, but no table of it; there are tables of {has}")]
     NoTable {

@@ -141,6 +141,9 @@ fn named(name: &str) -> Vec<String> {
     vec![name.to_owned()]
 }
 
+/// The trials' own weight may differ by this factor from the robot's: legs and batteries change.
+const MOST_WEIGHTS: f64 = 3.0;
+
 /// Amplifications that anybody would try.
 const AMPLIFICATIONS: (f64, f64) = (0.001, 100.0);
 
@@ -251,6 +254,31 @@ impl Trials {
             }
         }
         Ok(Self { measured, weight_n })
+    }
+
+    /// Refuses trials whose numbers make another weight than the robot's: power, speed or
+    /// mass in another unit.
+    ///
+    /// # Errors
+    /// [`TwinError::Weight`].
+    pub fn check_weight(&self, path: &Path, robot_n: f64) -> Result<(), TwinError> {
+        let ratio = self.weight_n / robot_n;
+        if (1.0 / MOST_WEIGHTS..=MOST_WEIGHTS).contains(&ratio) {
+            return Ok(());
+        }
+        // Power is the numerator and speed the denominator.
+        let likely = [
+            (1000.0, "power_w in watts, or in milliwatts"),
+            (0.01, "speed_m_s in m/s, or in cm/s"),
+            (0.001, "speed_m_s in m/s, or in mm/s"),
+        ];
+        let off = |of: f64| (ratio / of).ln().abs();
+        let nearest = likely.into_iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+        let question = match nearest.filter(|(of, _)| off(*of) < MOST_WEIGHTS.ln()) {
+            Some((_, question)) => format!("is {question}?"),
+            None => "is power_w in watts, speed_m_s in m/s, and is it this robot?".to_owned(),
+        };
+        Err(TwinError::Weight { path: path.to_owned(), trials_n: self.weight_n, robot_n, question })
     }
 
     /// Those of these methods; all if none is named.

@@ -3,7 +3,7 @@
 //! Holds the pacing by the wall clock, the files of ground truth and pulses, and
 //! the EEPROM between runs. Does not depend on the host's commands. Its first
 //! line of output is the port. Ends on Ctrl-C, on SIGTERM, after `--max-seconds`,
-//! or when the firmware crashes.
+//! or when the firmware crashes. Longer than most files: a program and its files in one place.
 
 use clap::Parser;
 use host::robot::{LegScale, Robot};

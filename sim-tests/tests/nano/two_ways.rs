@@ -4,7 +4,7 @@
 use crate::support::image;
 use host::energy::STANDARD_GRAVITY_M_S2;
 use host::gait::gait_file::GaitFile;
-use host::robot::{LegScale, Robot};
+use host::robot::{LegScale, Limbs, Robot};
 use host::sim::open_loop::{self, Trial};
 use host::sim::{Perturbation, Start};
 use protocol::{Command, Joint};
@@ -19,8 +19,10 @@ const FRAMES: u32 = 720;
 const STARTS: u64 = 5;
 /// As long as it takes a person to ask for a walk, or longer than it takes to lie down.
 const LIMP_S: f64 = 6.0;
-/// Where the torso of a robot that lies on its belly is.
-const LYING_M: f64 = 0.05;
+/// Before it has sunk far.
+const BRIEFLY_LIMP_S: f64 = 0.2;
+/// How high the torso of a robot that lies on its belly is at most, by its height at neutral.
+const LYING_SHARE: f64 = 0.75;
 
 /// Speed and cost of transport.
 type Result2 = [f64; 2];
@@ -30,9 +32,11 @@ struct Case {
     robot: Robot,
     gait: GaitFile,
     amplitude: f64,
+    /// Limp before the walk.
+    limp_s: f64,
 }
 
-fn direct(Case { robot: description, gait, amplitude }: &Case, seed: u64) -> Result2 {
+fn direct(Case { robot: description, gait, amplitude, .. }: &Case, seed: u64) -> Result2 {
     let start = Start::sampled(&Perturbation::default(), seed);
     // The robot's first walking frame is the gait's first, as here.
     let trial = Trial { start, duration_s: f64::from(FRAMES - 1) / 60.0, ..Trial::default() };
@@ -43,12 +47,18 @@ fn direct(Case { robot: description, gait, amplitude }: &Case, seed: u64) -> Res
     [walk.speed_m_s, walk.cost_of_transport]
 }
 
-fn through_the_firmware(Case { robot: description, gait, amplitude }: &Case, seed: u64) -> Result2 {
+fn through_the_firmware(Case { robot: description, gait, amplitude, limp_s }: &Case, seed: u64) -> Result2 {
     let mut robot = VirtualRobot::new(&image(), description, Some(seed)).unwrap();
     let mut client = Client::new();
-    client.run_for(&mut robot, LIMP_S).unwrap();
+    client.run_for(&mut robot, *limp_s).unwrap();
     let lying = *robot.take_truth().last().expect("a body");
-    assert!(lying.z_m < LYING_M, "limp for {LIMP_S} s, its torso is at {} m", lying.z_m);
+    let lying_m = LYING_SHARE * Limbs::of(description).standing_height_m(&[0.0; 8]);
+    let is_lying = lying.z_m < lying_m;
+    assert!(
+        is_lying || *limp_s < LIMP_S,
+        "limp for {limp_s} s, its torso is at {} m, not below {lying_m}",
+        lying.z_m
+    );
     let (table, amplitude) = (gait.table().unwrap(), fixtures::amplitude(*amplitude));
     client.upload(&mut robot, &table, amplitude, false).unwrap();
     client.expect_done(&mut robot, Command::StreamTelemetry { every_frames: 1 }).unwrap();
@@ -57,7 +67,9 @@ fn through_the_firmware(Case { robot: description, gait, amplitude }: &Case, see
     client.run_for(&mut robot, 18.0).unwrap();
     let truth = robot.take_truth();
     let played = |frames: u32| {
-        let (cycle, sample) = client.telemetry().find(|(_, t)| t.trial_frames >= frames).expect("played");
+        let found = client.telemetry().find(|(_, t)| t.trial_frames >= frames);
+        let last = client.telemetry().last();
+        let (cycle, sample) = found.unwrap_or_else(|| panic!("{frames} frames were not played: {last:?}"));
         (seconds(cycle), sample.trial_energy_uj)
     };
     let ((began_s, began_uj), (ended_s, ended_uj)) = (played(1), played(FRAMES));
@@ -97,14 +109,14 @@ fn agree(case: &Case) {
 #[test]
 fn simulation_and_firmware_agree_on_speed_and_cost_of_transport_within_3_per_cent() {
     let table = GaitFile::from_table(&fixtures::trot().table());
-    agree(&Case { robot: Robot::ant(LegScale::LONG).unwrap(), gait: table, amplitude: 2.2 });
+    agree(&Case { robot: Robot::ant(LegScale::LONG).unwrap(), gait: table, amplitude: 2.2, limp_s: LIMP_S });
 }
 
 #[test]
 fn they_agree_on_the_searched_gaits_of_both_legs() {
     for leg in [LegScale::LONG, LegScale::SHORT] {
         let gait = host::search::bundled_gaits::gait(leg).unwrap().unwrap();
-        agree(&Case { robot: Robot::ant(leg).unwrap(), gait, amplitude: 1.0 });
+        agree(&Case { robot: Robot::ant(leg).unwrap(), gait, amplitude: 1.0, limp_s: LIMP_S });
     }
 }
 
@@ -113,7 +125,8 @@ fn they_agree_on_the_searched_gaits_of_both_legs() {
 fn they_agree_on_the_pony_calibrated_as_its_description_says() {
     let pony = Robot::load(Path::new("../host/robots/pony")).unwrap();
     let gait = GaitFile::parse(include_bytes!("pony.toml"), Path::new("pony.toml")).unwrap();
-    agree(&Case { robot: pony, gait, amplitude: 1.0 });
+    // Standing up from its belly, it draws more than the board allows, 3 A.
+    agree(&Case { robot: pony, gait, amplitude: 1.0, limp_s: BRIEFLY_LIMP_S });
 }
 
 /// No robot that anybody had in mind: lengths, masses, pulses, outputs and directions by chance.
@@ -135,7 +148,7 @@ fn they_agree_on_a_robot_drawn_at_random() {
     robot.servo.reversed = Some(std::array::from_fn(|_| random.within(0.0, 1.0) < 0.5));
     robot.check().unwrap();
     let gait = GaitFile::from_table(&fixtures::trot().table());
-    agree(&Case { robot, gait, amplitude: 2.0 });
+    agree(&Case { robot, gait, amplitude: 2.0, limp_s: LIMP_S });
 }
 
 /// A linear congruential generator: the same robot on every machine, whatever a library does.

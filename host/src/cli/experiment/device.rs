@@ -10,6 +10,7 @@ use super::person::{self, After, Before, Person};
 use crate::cli::Cause;
 use crate::cli::steps::{Done, StepError, Steps};
 use crate::cli::virtual_robot::VirtualRobot;
+use crate::device::tracker::{Epoch, Track};
 use crate::device::trial::measure_result::MeasureResult;
 use crate::device::upload::upload_result::UploadResult;
 use crate::experiment::materials::{self, Materials};
@@ -44,8 +45,9 @@ impl Reach {
     /// Checks now what would fail after the first trial.
     ///
     /// # Errors
-    /// [`ExperimentError`] if there is no virtual robot, or nobody to ask for distances.
-    pub fn check(&self) -> Result<(), ExperimentError> {
+    /// [`ExperimentError`] if there is no virtual robot, nobody to ask for distances, or a
+    /// tracker's file that cannot tell `walks` trials apart.
+    pub fn check(&self, walks: usize) -> Result<(), ExperimentError> {
         match self {
             Self::Virtual { program } if !program.is_file() => {
                 Err(StepError::NoVirtualRobot { program: program.clone() }.into())
@@ -53,6 +55,12 @@ impl Reach {
             Self::Port { tracker: None, .. } if !std::io::stdin().is_terminal() => {
                 Err(ExperimentError::NoDistances)
             }
+            Self::Port { tracker: Some(path), .. } if path.exists() => match Track::check(path)? {
+                Some(Epoch::TrialStart) if walks > 1 => {
+                    Err(ExperimentError::RelativeTrack { path: path.clone(), walks })
+                }
+                _ => Ok(()),
+            },
             _ => Ok(()),
         }
     }

@@ -140,7 +140,8 @@ impl Request {
             (None, On::Twin) => None,
         };
         if let Some(reach) = &reach {
-            reach.check()?;
+            let walks = plan.methods.len() * plan.amplifications.len() * robots.len() * plan.trials as usize;
+            reach.check(walks)?;
         }
         Ok(Self {
             plan,

@@ -10,8 +10,8 @@ pub fn unplayable(error: UnusableGait) -> Failure {
     let help = match &error {
         UnusableGait::Name { .. } => "give it another: --name NAME",
         UnusableGait::JointValue { field: "centre_deg", .. } => {
-            "a joint's centre follows from its mean action: see --centre-unit-deg, --centre-offset-deg, \
-             --negate and --limit-deg"
+            "a joint's centre follows from its mean value: for pulses or ticks give the value at neutral \
+             (--neutral 1500, --neutral 330); see also --centre-unit-deg, --negate and --limit-deg"
         }
         UnusableGait::JointValue { .. } | UnusableGait::Deviation { .. } => {
             "a joint moves by --unit-deg per unit of action; check the recording's units"

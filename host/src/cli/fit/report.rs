@@ -83,6 +83,11 @@ fn print_words(fitted: &Fitted) {
         gait.period_s,
         gait.provenance.seam.as_deref().unwrap_or_default()
     );
+    println!(
+        "1 unit of the recording is taken for {} degrees about the centre, {} degrees at the centre; \
+         radians: --unit-deg 57.2958 --centre-unit-deg 57.2958",
+        chosen.scale.unit_deg, chosen.scale.centre_unit_deg
+    );
     if let Some(found) = &chosen.found {
         println!(
             "found that stride: it correlates {:.3} with the next, its ends differ by {:.0} % of the movement",

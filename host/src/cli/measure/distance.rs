@@ -1,11 +1,13 @@
 //! Where a trial's distance comes from: a flag, a question, or a tracker.
 //!
-//! Does not depend on how the trial is walked.
+//! Holds the check that legs can make it. Does not depend on how the trial is walked.
 
 use super::{MeasureError, failure, failure_with_help};
 use crate::cli::{Cause, Failure};
+use crate::device::tracker::plausible::TopSpeed;
 use crate::device::tracker::{Track, TrackerError, Walked};
 use crate::device::trial::clock::Interval;
+use crate::robot::{Limbs, Robot};
 use crate::run_folder::FileError;
 use std::io::{BufRead as _, IsTerminal as _};
 use std::path::{Path, PathBuf};
@@ -30,12 +32,7 @@ impl Source {
         match (distance, tracker) {
             (Some(distance_m), _) => Ok(Self::Flag(distance_m)),
             (None, Some(path)) => {
-                // At a terminal, the user may export the tracker's file after the trial.
-                if !std::io::stdin().is_terminal() {
-                    std::fs::metadata(path)
-                        .map_err(FileError::on("read", path))
-                        .map_err(|e| failure(Cause::Input, e))?;
-                }
+                check_tracker(path)?;
                 Ok(Self::Tracker(path.to_owned()))
             }
             (None, None) if std::io::stdin().is_terminal() => Ok(Self::Prompt),
@@ -56,11 +53,16 @@ impl Source {
         }
     }
 
-    /// The distance walked during `interval`.
-    pub fn walked(&self, interval: Option<Interval>) -> Result<Walked, Failure> {
+    /// The distance walked during `interval`, or in `duration_s` by the robot's clock.
+    pub fn walked(
+        &self,
+        interval: Option<Interval>,
+        duration_s: f64,
+        top: TopSpeed,
+    ) -> Result<Walked, Failure> {
         match self {
-            Self::Flag(distance_m) => Ok(Walked { distance_m: *distance_m, ..Walked::default() }),
-            Self::Prompt => ask().map(|distance_m| Walked { distance_m, ..Walked::default() }),
+            Self::Flag(distance_m) => believed(Some(*distance_m), duration_s, top),
+            Self::Prompt => believed(None, duration_s, top),
             Self::Tracker(path) => {
                 let interval = interval.ok_or_else(|| {
                     failure_with_help(
@@ -69,9 +71,58 @@ impl Source {
                         "check the cable and repeat the trial",
                     )
                 })?;
-                look_up(path, interval)
+                look_up(path, interval, top)
             }
         }
+    }
+}
+
+/// How fast legs like a robot's may be, by the longest of them.
+pub fn top_speed(robot: &Robot) -> TopSpeed {
+    let lengths = Limbs::of(robot).legs.map(|leg| {
+        let [hip, knee] = [&leg.hip.in_child, &leg.knee.in_parent].map(|frame| frame.translation.vector);
+        (knee - hip).norm() + (leg.foot_m.coords - leg.knee.in_child.translation.vector).norm()
+    });
+    TopSpeed::of_legs(lengths.into_iter().fold(0.0, f64::max))
+}
+
+/// Refuses a file that cannot be read, while nothing has moved.
+pub fn check_tracker(path: &Path) -> Result<(), Failure> {
+    // At a terminal, the user may export the tracker's file after the trial.
+    if !path.exists() && std::io::stdin().is_terminal() {
+        return Ok(());
+    }
+    std::fs::metadata(path).map_err(FileError::on("read", path)).map_err(|e| failure(Cause::Input, e))?;
+    match Track::check(path) {
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let help = format!("{}. Nothing has moved", error.help());
+            Err(failure_with_help(Cause::Input, error, help))
+        }
+    }
+}
+
+/// A typed distance; an unlikely one is asked for again where somebody is there.
+fn believed(mut typed: Option<f64>, duration_s: f64, top: TopSpeed) -> Result<Walked, Failure> {
+    let is_there = std::io::stdin().is_terminal();
+    let mut doubted = None;
+    loop {
+        let distance_m = match typed.take() {
+            Some(distance_m) => distance_m,
+            None => ask()?,
+        };
+        let speed_m_s = distance_m / duration_s;
+        if duration_s <= 0.0 || top.allows(speed_m_s) {
+            return Ok(Walked { distance_m, ..Walked::default() });
+        }
+        let unit = top.likely_unit(speed_m_s);
+        let error = MeasureError::TooFast { distance_m, duration_s, speed_m_s, top, unit };
+        if !is_there || doubted == Some(distance_m) {
+            let help = "the trial is noted as not valid; give the distance in metres";
+            return Err(failure_with_help(Cause::Input, error, help));
+        }
+        eprintln!("{error} Type it in metres, or the same again to note the trial as not valid.");
+        doubted = Some(distance_m);
     }
 }
 
@@ -90,23 +141,37 @@ fn ask() -> Result<f64, Failure> {
     }
 }
 
-fn look_up(path: &Path, interval: Interval) -> Result<Walked, Failure> {
+/// The distance of a track during `interval`.
+pub fn look_up(path: &Path, interval: Interval, top: TopSpeed) -> Result<Walked, Failure> {
     let deadline = Instant::now() + TRACKER_TIMEOUT;
     loop {
         let walked =
-            Track::load(path).and_then(|track| track.walked(interval.start_unix_s, interval.end_unix_s));
+            Track::load(path).and_then(|track| track.walked(interval.start_unix_s, interval.end_unix_s, top));
         match walked {
             Err(TrackerError::NotCovered { .. } | TrackerError::Empty { .. })
                 if Instant::now() < deadline =>
             {
                 std::thread::sleep(Duration::from_millis(100));
             }
-            outcome => return outcome.map_err(unusable),
+            outcome => {
+                let walked = outcome.map_err(unusable)?;
+                if walked.jumps > 0 {
+                    eprintln!(
+                        "warning: the tracker took something else for the robot {} times, for less than half \
+                         a second each; those positions are left out",
+                        walked.jumps
+                    );
+                }
+                return Ok(walked);
+            }
         }
     }
 }
 
 fn unusable(error: TrackerError) -> Failure {
-    let help = "the trial is noted without a distance; its telemetry has the Unix times of its frames";
+    let help = format!(
+        "{}. The trial is noted without a distance; when the file is mended: host measure --last --tracker FILE",
+        error.help()
+    );
     failure_with_help(Cause::Input, error, help)
 }

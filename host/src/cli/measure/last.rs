@@ -2,20 +2,26 @@
 //!
 //! For a walk without a cable. Does not depend on a trials table: nothing is written.
 
-use super::{Args, Failure, failure, failure_with_help, mass_kg, unreachable_robot};
+use super::distance::{self, Source};
+use super::{Args, Failure, failure, failure_with_help, mass_kg, report, unreachable_robot};
 use crate::cli::Cause;
 use crate::device::link::words;
+use crate::device::tracker::{Epoch, Track};
+use crate::device::trial::clock::{self, Interval};
+use crate::device::trial::table;
 use crate::energy::{EnergyError, cost_of_transport};
 use crate::gait::gait_file::limits::as_typed;
 use crate::run_folder;
 use protocol::command::Record;
 use protocol::{FRAME_RATE_HZ, Name, TrialRecord, WalkEnd};
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
 enum NoTrial {
+    #[error("{} has no telemetry of the robot's last walk, so its Unix time is unknown", .folder.display())]
+    UnknownTime { folder: PathBuf },
     #[error("the robot remembers no walk")]
     Nothing,
     #[error("the robot's record of its last walk is damaged ({len} bytes)")]
@@ -55,14 +61,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         mass_kg: mass_kg(args, folder)?,
         trial,
     };
-    let cost = args.distance.map(|m| cost_of_transport(energy_j, figures.mass_kg, m)).transpose();
+    let distance_m = figures.distance_m(args, folder)?;
+    let wrong = report::wrong_leads(energy_j, None, figures.trial.frames);
+    let cost = distance_m.filter(|_| wrong.is_none());
+    let cost = cost.map(|m| cost_of_transport(energy_j, figures.mass_kg, m)).transpose();
     let cost = cost.map_err(|e: EnergyError| failure(Cause::Input, e))?;
     if args.json {
-        figures.print_json(args.distance, cost);
+        figures.print_json(distance_m, cost);
     } else {
-        figures.print_words(args.distance, cost);
+        figures.print_words(distance_m, cost);
     }
-    Ok(())
+    wrong.map_or(Ok(()), |wrong| Err(failure(Cause::Robot, wrong)))
 }
 
 fn gait_words(trial: &TrialRecord, name: Option<Name>) -> String {
@@ -77,6 +86,40 @@ fn gait_words(trial: &TrialRecord, name: Option<Name>) -> String {
 }
 
 impl Figures {
+    /// As typed, or by a tracker.
+    fn distance_m(&self, args: &Args, folder: &Path) -> Result<Option<f64>, Failure> {
+        let top = super::top_speed(args, folder);
+        if let Some(path) = &args.tracker {
+            let found =
+                table::telemetry_of(folder, &format!("{:08x}", self.trial.gait_crc32), self.trial.frames);
+            let interval = found.and_then(|samples| clock::interval(&samples));
+            let is_unix = Track::check(path).is_ok_and(|epoch| epoch == Some(Epoch::Unix));
+            let interval = match interval {
+                None if is_unix => {
+                    let error = NoTrial::UnknownTime { folder: folder.to_owned() };
+                    let help = "name the folder with its telemetry: --out DIR; or write times that count from \
+                                the first gait frame";
+                    return Err(failure_with_help(Cause::Input, error, help));
+                }
+                // Counted from the first gait frame.
+                None => Interval {
+                    start_unix_s: 0.0,
+                    end_unix_s: self.duration_s,
+                    frame_rate_hz: f64::from(FRAME_RATE_HZ),
+                },
+                Some(interval) => interval,
+            };
+            return distance::look_up(path, interval, top).map(|walked| Some(walked.distance_m));
+        }
+        match args.distance {
+            Some(distance_m) => {
+                let walked = Source::Flag(distance_m).walked(None, self.duration_s, top)?;
+                Ok(Some(walked.distance_m))
+            }
+            None => Ok(None),
+        }
+    }
+
     fn speed_m_s(&self, distance_m: Option<f64>) -> Option<f64> {
         distance_m.filter(|_| self.duration_s > 0.0).map(|m| m / self.duration_s)
     }
@@ -105,7 +148,7 @@ impl Figures {
             println!("{} power samples failed; the preceding one was used instead", trial.missed_samples);
         }
         if distance_m.is_none() && trial.frames > 0 {
-            println!("For its cost of transport: --distance M");
+            println!("For its cost of transport: --distance M, or --tracker FILE");
         }
     }
 

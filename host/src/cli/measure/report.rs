@@ -3,11 +3,12 @@
 //! Does not depend on how the trial was walked.
 
 use super::distance::Source;
-use super::{Args, Failure, Gait, as_typed, failure};
+use super::{Args, Failure, Gait, MeasureError, as_typed, failure, failure_with_help};
 use crate::cli::Cause;
 use crate::cli::explain::path_text;
 use crate::cli::output;
 use crate::device::tracker::Walked;
+use crate::device::tracker::plausible::TopSpeed;
 use crate::device::trial::Trial;
 use crate::device::trial::clock::Interval;
 use crate::device::trial::measure_result::MeasureResult;
@@ -20,6 +21,24 @@ use std::path::Path;
 /// A robot's clock this far from the host's scales energy and speed alike.
 const CLOCK_WARNING: f64 = 0.01;
 
+/// What is wrong with the sensor's leads, by an energy and a mean current that no supply gives.
+pub fn wrong_leads(energy_j: f64, mean_current_a: Option<f64>, frames: u32) -> Option<MeasureError> {
+    if frames == 0 {
+        return None;
+    }
+    match mean_current_a {
+        Some(current_a) if current_a < 0.0 => Some(MeasureError::Backwards),
+        _ if energy_j <= 0.0 => Some(MeasureError::NoEnergy),
+        _ => None,
+    }
+}
+
+fn mean_current_a(trial: &Trial) -> Option<f64> {
+    let walking = trial.samples.iter().map(|sample| sample.telemetry).filter(|t| t.trial_frames > 0);
+    let currents: Vec<f64> = walking.map(|t| f64::from(t.current_ua) / 1e6).collect();
+    (!currents.is_empty()).then(|| currents.iter().sum::<f64>() / currents.len() as f64)
+}
+
 /// A trial's row, and what the row does not hold.
 pub struct Outcome<'a> {
     /// Goes into the table.
@@ -27,6 +46,8 @@ pub struct Outcome<'a> {
     gait: &'a Gait,
     walked: Walked,
     frame_rate_hz: Option<f64>,
+    /// Mean over the gait frames, by telemetry.
+    mean_current_a: Option<f64>,
 }
 
 impl<'a> Outcome<'a> {
@@ -48,19 +69,30 @@ impl<'a> Outcome<'a> {
             lost_telemetry_frames: trial.lost_frames(),
             ..Row::default()
         };
-        Self { row, gait, walked: Walked::default(), frame_rate_hz: None }
+        let mean_current_a = mean_current_a(trial);
+        Self { row, gait, walked: Walked::default(), frame_rate_hz: None, mean_current_a }
     }
 
     /// Adds the distance, the speed and the cost of transport; an error becomes the row's reason.
-    pub fn add_distance(&mut self, source: &Source, interval: Option<Interval>) -> Result<(), Failure> {
+    pub fn add_distance(
+        &mut self,
+        source: &Source,
+        interval: Option<Interval>,
+        top: TopSpeed,
+    ) -> Result<(), Failure> {
         self.frame_rate_hz = interval.map(|i| i.frame_rate_hz);
         self.row.distance_source = source.name();
-        let walked = source.walked(interval).inspect_err(|failure| {
+        let walked = source.walked(interval, self.row.duration_s, top).inspect_err(|failure| {
             self.row.reason = Some(failure.report.to_string());
         })?;
         self.row.distance_m = Some(walked.distance_m);
         self.row.speed_m_s = Some(walked.distance_m / self.row.duration_s);
         self.walked = walked;
+        if let Some(wrong) = wrong_leads(self.row.energy_j, self.mean_current_a, self.row.frames) {
+            self.row.reason = Some(wrong.to_string());
+            let help = "no other number of this trial is wrong; correct the leads and repeat it";
+            return Err(failure_with_help(Cause::Robot, wrong, help));
+        }
         let cost =
             cost_of_transport(self.row.energy_j, self.row.mass_kg, walked.distance_m).map_err(|e| {
                 self.row.reason = Some(e.to_string());

@@ -10,10 +10,13 @@ use crate::learn::td3::outcome::TrainError;
 use crate::learn::td3::tensor_file::TensorFileError;
 use crate::run_folder::FileError;
 use miette::Diagnostic;
-use thiserror::Error;
+use std::error::Error;
+use std::io::ErrorKind;
+use std::path::Path;
+use thiserror::Error as ThisError;
 
 /// Why training did not start, or did not complete.
-#[derive(Debug, Error, Diagnostic)]
+#[derive(Debug, ThisError, Diagnostic)]
 pub enum TrainCliError {
     #[error("{folder} already holds a run")]
     #[diagnostic(help("continue it with `--resume {folder}`, or name another folder"))]
@@ -47,8 +50,30 @@ pub enum TrainCliError {
         "the best policy so far, if there is one, is in {folder}; if learning diverged, try another --seed or smaller learning rates in a --config"
     ))]
     Train { folder: String, source: TrainError },
+    #[error("training stopped: the disk is full")]
+    #[diagnostic(help("free some space, then: cargo run -p host -- train --resume {folder}"))]
+    DiskFull { folder: String, source: TrainError },
     #[error("cannot catch Ctrl-C")]
     Signals(#[from] ctrlc::Error),
+}
+
+impl TrainCliError {
+    /// Training in this folder stopped.
+    pub fn stopped(folder: &Path, source: TrainError) -> Self {
+        let folder = folder.display().to_string();
+        if is_disk_full(&source) { Self::DiskFull { folder, source } } else { Self::Train { folder, source } }
+    }
+}
+
+/// Whether a write failed for lack of space.
+fn is_disk_full(error: &TrainError) -> bool {
+    let is_full = |error: &(dyn Error + 'static)| {
+        error
+            .downcast_ref::<std::io::Error>()
+            .is_some_and(|io| matches!(io.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded))
+    };
+    let first: &(dyn Error + 'static) = error;
+    std::iter::successors(Some(first), |&cause| cause.source()).any(is_full)
 }
 
 impl From<TrainCliError> for Failure {
@@ -66,6 +91,7 @@ impl From<TrainCliError> for Failure {
             TrainCliError::Device { .. }
             | TrainCliError::Folder(_)
             | TrainCliError::Train { .. }
+            | TrainCliError::DiskFull { .. }
             | TrainCliError::Signals(_) => Cause::Machine,
         };
         Self::new(cause, error)
@@ -73,7 +99,7 @@ impl From<TrainCliError> for Failure {
 }
 
 /// Errors that only several seeds can have.
-#[derive(Debug, Error)]
+#[derive(Debug, ThisError)]
 pub enum SeedsError {
     #[error(transparent)]
     Range(#[from] SeedsFileError),

@@ -180,9 +180,10 @@ fn train_seed(
     });
     bar.finish_and_clear();
     if let Ok(Outcome { ending: Ending::Done, curve, best, .. }) = &outcome {
-        say(&bar, &format!("seed {seed:<3} done: reward {:.1}", curve[*best].reward));
+        let note = if *best == 0 { ", the untrained policy's: nothing was learned" } else { "" };
+        say(&bar, &format!("seed {seed:<3} done: reward {:.1}{note}", curve[*best].reward));
     }
-    outcome.map_err(|source| TrainCliError::Train { folder: folder.display().to_string(), source })
+    outcome.map_err(|source| TrainCliError::stopped(&folder, source))
 }
 
 /// What candidates are compared by; NaN is the worst.

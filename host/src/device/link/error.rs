@@ -14,6 +14,8 @@ pub enum LinkError {
     NoPort {
         /// Serial ports of other devices.
         others: Vec<String>,
+        /// The one USB adapter among them, with its USB ID, if there is exactly one.
+        likely: Option<(String, String)>,
     },
     /// More than one serial port could be the robot's.
     #[error("{} ports could be the robot: {}", .ports.len(), .ports.join(", "))]
@@ -32,14 +34,16 @@ pub enum LinkError {
     Open { port: String, source: serialport::Error },
     /// The robot did not say hello.
     #[error(
-        "no robot answers on {port}: no hello within {waited_s} s, {}",
-        words::silence(*.bytes_heard)
+        "no robot answers on {port}: no hello within {waited_s} s, {}{}",
+        words::silence(*.bytes_heard), words::other_reader(.port, .other.as_deref())
     )]
     NoAnswer {
         port: String,
         waited_s: f64,
         /// Bytes that arrived meanwhile and were no message.
         bytes_heard: u64,
+        /// Another program that reads the port.
+        other: Option<String>,
     },
     /// The robot's firmware has another version of the protocol.
     #[error(
@@ -51,8 +55,17 @@ pub enum LinkError {
     #[error("the link broke: cannot {action} {port} any more")]
     Broken { port: String, action: &'static str, source: std::io::Error },
     /// A command was never answered.
-    #[error("the robot on {port} does not answer any more: no reply to \"{command}\", sent {attempts} times")]
-    NoReply { port: String, command: &'static str, attempts: u32 },
+    #[error(
+        "the robot on {port} does not answer any more: no reply to \"{command}\", sent {attempts} times{}",
+        words::other_reader(.port, .other.as_deref())
+    )]
+    NoReply {
+        port: String,
+        command: &'static str,
+        attempts: u32,
+        /// Another program that reads the port.
+        other: Option<String>,
+    },
     /// The robot restarted in mid-session.
     #[error("the robot on {port} was reset: {}", words::reset_cause(*.cause))]
     Reset { port: String, cause: ResetCause },
@@ -81,9 +94,16 @@ impl LinkError {
     #[must_use]
     pub fn help(&self) -> Option<String> {
         let help = match self {
+            Self::NoPort { likely: Some((port, id)), .. } => {
+                return Some(format!(
+                    "{port} (USB {id}) is the only USB adapter here and probably the robot: --port {port}"
+                ));
+            }
             Self::NoPort { .. } => {
-                "plug the robot in; or name its port: --port /dev/ttyUSB0. \
-                 Without a robot, start target/debug/virtual-robot and pass the port that it prints"
+                return Some(format!(
+                    "plug the robot in; or name its port: --port /dev/ttyUSB0. {GONE}. \
+                     Without a robot, start target/debug/virtual-robot and pass the port that it prints"
+                ));
             }
             Self::SeveralPorts { ports } => {
                 let first = ports.first().map_or("PORT", |p| p.split(' ').next().unwrap_or("PORT"));
@@ -96,6 +116,12 @@ impl LinkError {
                 ));
             }
             Self::Open { port, source } => return Some(open_help(port, source)),
+            Self::NoAnswer { port, other: Some(_), .. } | Self::NoReply { port, other: Some(_), .. } => {
+                return Some(format!(
+                    "end the other program, and repeat the command: fuser -v {port} names it; ModemManager \
+                     tries every new port: sudo systemctl stop ModemManager"
+                ));
+            }
             Self::NoAnswer { bytes_heard: 0, .. } => {
                 "check that this is the robot's port, that it is powered, and that its firmware is flashed (cargo run --release in firmware/)"
             }
@@ -119,6 +145,10 @@ impl LinkError {
     }
 }
 
+/// For a port that should be there.
+const GONE: &str = "If it was plugged in: dmesg | tail; brltty takes such adapters on Ubuntu: sudo apt remove \
+                    brltty; ModemManager may hold a new port for half a minute";
+
 fn open_help(port: &str, source: &serialport::Error) -> String {
     use serialport::ErrorKind;
     use std::io::ErrorKind as Io;
@@ -127,8 +157,9 @@ fn open_help(port: &str, source: &serialport::Error) -> String {
             "your user may not use serial ports: sudo usermod -aG dialout $USER, then log in again".to_owned()
         }
         ErrorKind::Io(Io::NotFound) => {
-            "see what is there: ls /dev/ttyUSB* /dev/ttyACM*; without --port the robot is looked for"
-                .to_owned()
+            format!(
+                "see what is there: ls /dev/ttyUSB* /dev/ttyACM*; without --port the robot is looked for. {GONE}"
+            )
         }
         _ => format!("is {port} a serial port?"),
     }

@@ -22,12 +22,19 @@ pub const BAUD_RATE: u32 = 115_200;
 /// stream of setpoints keeps its pace; [`Link`] reads again.
 const READ_TIMEOUT: Duration = Duration::from_millis(5);
 
-/// USB vendor and product of the chips on Nanos; `None` is every product.
-const NANO_USB_IDS: [(u16, Option<u16>, &str); 4] = [
+/// USB vendor and product of the chips on Nanos; `None` is every product. `firmware/Ravedude.toml`
+/// has the same list, with the products of the boards that have one of their own.
+pub const NANO_USB_IDS: [(u16, Option<u16>, &str); 10] = [
     (0x0403, Some(0x6001), "FTDI FT232R"),
+    (0x0403, Some(0x6015), "FTDI FT231X"),
     (0x1A86, Some(0x7523), "CH340"),
-    (0x2341, None, "Arduino"),
+    (0x1A86, Some(0x7522), "CH340K"),
+    (0x1A86, Some(0x5523), "CH341"),
+    (0x1A86, Some(0x55D4), "CH9102"),
     (0x10C4, Some(0xEA60), "CP210x"),
+    (0x067B, Some(0x2303), "PL2303"),
+    (0x2341, None, "Arduino"),
+    (0x2A03, None, "Arduino.org"),
 ];
 
 /// A link over a serial port.
@@ -69,7 +76,10 @@ fn open(port: Option<&str>) -> Result<(Box<dyn SerialPort>, String), LinkError> 
         .open_native()
         .map_err(|source| not_opened(&name, source))?;
     #[cfg(unix)]
-    keep_dtr(&opened);
+    {
+        keep_dtr(&opened);
+        never_block(&opened);
+    }
     Ok((Box::new(opened), name))
 }
 
@@ -81,6 +91,42 @@ fn not_opened(port: &str, source: serialport::Error) -> LinkError {
     } else {
         LinkError::Open { port, source }
     }
+}
+
+/// Lets reads return at once where another program took the bytes first: it would hold the
+/// terminal's lock for as long as it waits for more, and this program with it.
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn never_block(port: &TTYPort) {
+    use nix::fcntl::{FcntlArg, OFlag, fcntl};
+    use std::os::fd::{AsRawFd as _, BorrowedFd};
+    // SAFETY: `port` is open, and stays so for longer than this function runs.
+    let port = unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) };
+    // A port that cannot do so blocks as it did before.
+    let _ = fcntl(port, FcntlArg::F_SETFL(OFlag::O_NONBLOCK));
+}
+
+/// Another program that has the port open, as `NAME (process N)`: the first that this user may see.
+pub(super) fn other_reader(port: &str) -> Option<String> {
+    let port = std::fs::canonicalize(port).ok()?;
+    let own = std::process::id().to_string();
+    for process in std::fs::read_dir("/proc").ok()?.flatten() {
+        let id = process.file_name().to_string_lossy().into_owned();
+        if id == own || !id.bytes().all(|byte| byte.is_ascii_digit()) {
+            continue;
+        }
+        let Ok(files) = std::fs::read_dir(process.path().join("fd")) else { continue };
+        let has_it = |file: std::fs::DirEntry| std::fs::read_link(file.path()).is_ok_and(|at| at == port);
+        if files.flatten().any(has_it) {
+            let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
+            // It holds both ends of its own terminal, and reads the other one.
+            if name.trim() == "virtual-robot" {
+                continue;
+            }
+            return Some(format!("{} (process {id})", name.trim()));
+        }
+    }
+    None
 }
 
 /// Keeps the closing of the port from lowering DTR, which the next opening would raise again.
@@ -111,12 +157,27 @@ fn choose(ports: Vec<SerialPortInfo>) -> Result<String, LinkError> {
     let nanos: Vec<_> = ports.iter().filter_map(|p| Some((&p.port_name, nano_chip(&p.port_type)?))).collect();
     match nanos.as_slice() {
         [(name, _)] => Ok((*name).clone()),
-        [] => Err(LinkError::NoPort { others: ports.into_iter().map(|p| p.port_name).collect() }),
+        [] => {
+            let likely = only_usb(&ports);
+            Err(LinkError::NoPort { others: ports.into_iter().map(|p| p.port_name).collect(), likely })
+        }
         several => {
             let ports = several.iter().map(|(name, chip)| format!("{name} ({chip})")).collect();
             Err(LinkError::SeveralPorts { ports })
         }
     }
+}
+
+/// The one USB adapter that there is, with its USB ID.
+fn only_usb(ports: &[SerialPortInfo]) -> Option<(String, String)> {
+    let usb = ports.iter().filter_map(|port| match &port.port_type {
+        SerialPortType::UsbPort(usb) => {
+            Some((port.port_name.clone(), format!("{:04X}:{:04X}", usb.vid, usb.pid)))
+        }
+        _ => None,
+    });
+    let all: Vec<_> = usb.collect();
+    <[_; 1]>::try_from(all).ok().map(|[only]| only)
 }
 
 /// The adapter's name if it is one that Nanos come with.

@@ -262,3 +262,10 @@ pub(super) fn silence(bytes_heard: u64) -> String {
         bytes => format!("but {bytes} bytes that are no message of a robot"),
     }
 }
+
+pub(super) fn other_reader(port: &str, other: Option<&str>) -> String {
+    match other {
+        Some(name) => format!("; another program reads this port: fuser -v {port} ({name})"),
+        None => String::new(),
+    }
+}

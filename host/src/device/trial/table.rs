@@ -6,6 +6,7 @@
 use crate::device::link::words;
 use crate::device::session::Sample;
 use crate::run_folder::{self, FileError};
+use protocol::{State, Telemetry};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -202,6 +203,43 @@ pub fn write_telemetry(folder: &Path, samples: &[Sample]) -> Result<PathBuf, Fil
     };
     run_folder::write(&path, text.as_bytes())?;
     Ok(path)
+}
+
+/// The times of the latest noted trial of a gait with so many frames: for a tracker's
+/// file that is read later. `None` if the folder has no such trial, or not its telemetry.
+#[must_use]
+pub fn telemetry_of(folder: &Path, gait_crc32: &str, frames: u32) -> Option<Vec<Sample>> {
+    let field = |row: &csv::StringRecord, columns: &str, name: &str| {
+        columns
+            .split(',')
+            .position(|column| column == name)
+            .and_then(|place| row.get(place).map(str::to_owned))
+    };
+    let rows = |path: PathBuf| -> Option<Vec<csv::StringRecord>> {
+        csv::Reader::from_path(path).ok()?.into_records().collect::<Result<_, _>>().ok()
+    };
+    let is_it = |row: &csv::StringRecord| {
+        field(row, TRIAL_COLUMNS, "gait_crc32").as_deref() == Some(gait_crc32)
+            && field(row, TRIAL_COLUMNS, "frames") == Some(frames.to_string())
+    };
+    let trial = rows(folder.join(run_folder::TRIALS))?.into_iter().rev().find(is_it)?;
+    let telemetry = rows(folder.join(field(&trial, TRIAL_COLUMNS, "telemetry")?))?;
+    let sample = |row: &csv::StringRecord| {
+        let number = |name: &str| field(row, TELEMETRY_COLUMNS, name)?.parse::<u32>().ok();
+        let telemetry = Telemetry {
+            uptime_frames: number("uptime_frames")?,
+            state: State::Walking,
+            trial_frames: number("trial_frames")?,
+            trial_energy_uj: 0,
+            clipped_frames: 0,
+            phase: 0,
+            bus_mv: 0,
+            current_ua: 0,
+            missed_samples: 0,
+        };
+        Some(Sample { unix_time_s: field(row, TELEMETRY_COLUMNS, "unix_time_s")?.parse().ok()?, telemetry })
+    };
+    telemetry.iter().map(sample).collect()
 }
 
 #[cfg(test)]

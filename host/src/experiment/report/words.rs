@@ -2,7 +2,8 @@
 //!
 //! Holds the wording. A difference whose intervals overlap is called that; where
 //! PSTO does not beat the sinusoid, the sentence begins with it. Does not depend
-//! on the page, and compares nothing that did not walk.
+//! on the page, and compares nothing that did not walk. Longer than
+//! most files: all sentences of the report in one place.
 
 use crate::experiment::comparison::{Comparison, percent};
 use crate::experiment::energy_balance::{EnergyBalance, differences};

@@ -14,6 +14,9 @@ pub enum TrajectoryError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
+    /// A spreadsheet's own format, or another that is not text.
+    #[error("{path} is not text: export it as CSV")]
+    NotText { path: PathBuf },
     /// The text is not CSV.
     #[error("{path} is not a CSV file")]
     Csv { path: PathBuf, source: csv::Error },
