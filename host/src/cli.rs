@@ -114,7 +114,7 @@ enum Command {
     Experiment(experiment::Args),
 }
 
-/// What the exit code tells a script; [`help`] has the words for it.
+/// What the exit code tells a script; `help` has the words for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cause {

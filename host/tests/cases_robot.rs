@@ -145,7 +145,7 @@ fn warns(loaded: Result<Robot, String>, parts: &[&str]) {
 
 fn is_quiet(loaded: Result<Robot, String>) -> Robot {
     let robot = loaded.expect("a robot");
-    assert_eq!(robot.warnings(), []);
+    assert!(robot.warnings().is_empty(), "{:?}", robot.warnings());
     robot
 }
 
@@ -385,10 +385,8 @@ fn a_box_or_ellipsoid_between_two_points_is_as_mujoco_makes_it() {
     let inertia = Limbs::of(&is_quiet(load_as("beetle.xml", &eggs, TOML))).legs[0].thigh.inertia.clone();
     let moment = 0.05 / 5.0 * (0.025 * 0.025 + 0.006 * 0.006);
     assert!((inertia.principal().moments_kg_m2.max() / moment - 1.0).abs() < 1e-4, "{inertia:?}");
-    says(
-        load_as("beetle.xml", &changed(&mjcf(), capsule, &capsule.replace("capsule", "ellipsoid")), TOML),
-        &["ellipsoid"],
-    );
+    let touching = egg.replace(" contype=\"0\" conaffinity=\"0\"", " contype=\"1\"");
+    says(load_as("beetle.xml", &changed(&mjcf(), capsule, &touching), TOML), &["ellipsoid"]);
     is_quiet(load_as(
         "beetle.xml",
         &changed(&mjcf(), capsule, &capsule.replace("capsule", "cylinder")),
@@ -467,8 +465,6 @@ fn no_robot_draws_more_than_its_supply_gives_and_a_weight_beyond_the_servos_is_t
         assert!(text.contains("12.30 kg") && text.contains("0.15"), "{text}");
 
         let mut world = World::new(&robot);
-        // Eight windings at their largest torque, and no end stop among them.
-        let stalled_w = 8.0 * 80.0 * 0.15 * 0.15;
         for step in 0..720 {
             let outcome = world.step(&[Some(0.8 * f64::from(step / 60 % 3 - 1)); 8]);
             assert!(outcome.servo_power_w + 0.3 <= limit_w + 1e-9, "{outcome:?}");
@@ -476,7 +472,6 @@ fn no_robot_draws_more_than_its_supply_gives_and_a_weight_beyond_the_servos_is_t
                 outcome.mechanical_power_w <= limit_w && outcome.holding_power_w <= limit_w,
                 "{outcome:?}"
             );
-            assert!(outcome.heat_power_w < 4.0 * stalled_w, "{outcome:?}");
         }
     }
     let weak = changed(TOML, "resistance_ohm = 0.1", "resistance_ohm = 5.0");

@@ -1,6 +1,6 @@
 //! Trackers' files as other programs write them: what is read, and what is refused and why.
 
-use host::device::tracker::plausible::TopSpeed;
+use host::device::tracker::top_speed::TopSpeed;
 use host::device::tracker::{Epoch, Track, TrackerError, Walked};
 
 /// Of legs of 0.4 m: 4 m/s.
@@ -131,9 +131,10 @@ fn exports_and_columns_without_a_unit_are_refused_with_what_is_wanted() {
 
 #[test]
 fn a_height_in_the_place_of_y_is_asked_about() {
-    let rows: String =
-        (0..=30).map(|i| format!("{}.{},0,0.112,0.0{:03}\n", i / 10, i % 10, 15 * i)).collect();
-    is_refused(&format!("time_s,x_m,y_m,z_cm\n{}", rows.replace("0.0", "")), "does y point up");
+    let row = |i: usize| format!("{:.3},0.0,0.112,{:.4}\n", i as f64 / 10.0, 0.015 * i as f64);
+    let rows: String = (0..=30).map(row).collect();
+
+    is_refused(&format!("time_s,x_m,y_m,z_m\n{rows}"), "does y point up");
 }
 
 #[test]

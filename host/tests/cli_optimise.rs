@@ -42,6 +42,8 @@ fn a_search_leaves_a_gait_that_a_robot_can_play_and_says_what_is_known_of_it() {
         "cost_of_transport_p90",
         "speed_m_s_median",
         "speed_m_s_p10",
+        "forward_m",
+        "sideways_m",
         "yaw_deg_median",
         "setpoint_speed_max_rad_s",
         "servo_speed_rad_s",

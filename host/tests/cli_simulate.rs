@@ -78,6 +78,31 @@ fn a_trot_walks_and_every_start_has_its_row() {
 }
 
 #[test]
+fn a_gait_that_walks_backwards_says_so() {
+    let desk = Desk::new();
+    let text = std::fs::read_to_string(gait("ant-1L/searched.toml")).unwrap();
+    std::fs::write(desk.folder.path().join("back.toml"), with_opposite_legs(&text)).unwrap();
+    let warnings = |path: &str| json(&desk.simulate(&[path]))["warnings"].to_string();
+
+    let back = warnings("back.toml");
+
+    assert!(back.contains("it walks backwards: x -") && back.contains("forward is +x"), "{back}");
+    assert!(!warnings(&gait("ant-1L/searched.toml")).contains("it walks"));
+}
+
+fn gait(path: &str) -> String {
+    format!("{}/gaits/{path}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Legs 1 and 3, and 2 and 4, exchanged by their names.
+fn with_opposite_legs(text: &str) -> String {
+    let pairs = [("hip1", "hip3"), ("hip2", "hip4"), ("knee1", "knee3"), ("knee2", "knee4")];
+    pairs.iter().fold(text.to_owned(), |text, (one, other)| {
+        text.replace(one, "\u{1}").replace(other, one).replace('\u{1}', other)
+    })
+}
+
+#[test]
 fn the_same_seed_prints_the_same_bytes_and_another_seed_others() {
     let desk = Desk::new();
 
@@ -129,6 +154,35 @@ fn the_robot_is_the_runs_or_the_named_one() {
     host::robot::Robot::load(Path::new(pony)).unwrap().save(&ours).unwrap();
     assert_eq!(robot(&[]), "Pony");
     assert_eq!(robot(&["--leg", "0.6"]), "Ant");
+}
+
+/// Hips that are drawn to turn 5 degrees either way; the wave is 20.
+#[test]
+fn a_gait_beyond_the_drawn_range_is_warned_of_and_neither_fitted_nor_uploaded() {
+    let desk = Desk::new();
+    let narrow = desk.folder.path().join("narrow");
+    host::robot::Robot::ant(host::robot::LegScale::LONG).unwrap().save(&narrow).unwrap();
+    let model = narrow.join("ant.xml");
+    let text = std::fs::read_to_string(&model).unwrap();
+    let hips = (1..=4).fold(text, |text, leg| {
+        let name = format!("name=\"hip{leg}\"");
+        assert!(text.contains(&name), "the model names its hips otherwise");
+        text.replace(&name, &format!("{name} range=\"-5 5\""))
+    });
+    std::fs::write(&model, hips).unwrap();
+
+    let warnings =
+        json(&desk.simulate(&["trot.toml", "--amp", "0.6", "--robot", "narrow"]))["warnings"].to_string();
+    let upload = ["upload-gait", "--gait", "trot.toml", "--robot", "narrow", "--amp", "0.6", "--dry-run"];
+    let uploaded = host_command::refused(desk.folder.path(), 3, &upload);
+    let fit = ["fit", "trot.csv", "--unit-deg", "1", "--centre-unit-deg", "1", "--robot", "narrow"];
+    let fitted = host_command::refused(desk.folder.path(), 3, &[&fit[..], &["--out", "g.toml"]].concat());
+
+    let said = |asked: &str| format!("hip1 turns 5.0 degrees either way, but is asked for {asked}");
+    assert!(warnings.contains(&said("12.")), "{warnings}");
+    assert!(uploaded.contains(&said("12.")), "{uploaded}");
+    assert!(fitted.contains(&said("20.")), "{fitted}");
+    assert!(!desk.folder.path().join("g.toml").exists());
 }
 
 #[test]

@@ -60,6 +60,16 @@ class Help:
             if possible and last:
                 for name in last:
                     self.values[name] = [value.strip() for value in possible[1].split(",")]
+            # Values with a line of help each stand below each other.
+            listed = re.match(r"\s+Possible values:", row)
+            if listed and last:
+                for name in last:
+                    self.values[name] = []
+            entry = re.match(r"\s+- ([\w-]+)(?::|$)", row)
+            if entry and last:
+                for name in last:
+                    if name in self.values:
+                        self.values[name].append(entry[1])
         usage = re.search(r"^Usage:(.*?)(?:\n\s*\n|\Z)", text, re.S | re.M)
         usage = " ".join(usage[1].split()) if usage else ""
         self.has_commands = "COMMAND" in usage

@@ -2,8 +2,8 @@
 
 A section with figures carries a line such as
 
-    <!-- measured: commit 0573b70, command: host experiment --trials 10 -->
-    Measured at commit `0573b70` with `host experiment`.
+    <!-- measured: commit c302bd3, command: host experiment --trials 10 -->
+    Measured at commit `c302bd3` with `host experiment`.
 
 or says why it needs none: <!-- not measured: from the data sheet -->. It
 does not read the figures, so it cannot tell whether they are still true.

@@ -15,7 +15,7 @@ use super::explain::{failure, failure_with_help, file_cause};
 use super::material::playable;
 use super::recording::{Chosen, DefaultRows, Recording};
 use super::{Cause, Failure};
-use crate::gait::fit::{self, Seam};
+use crate::gait::fit::{self, JointFit, Seam};
 use crate::gait::gait_file::GaitFile;
 use crate::gait::policy_record::RecordSummary;
 use crate::robot::{LegScale, Robot};
@@ -24,7 +24,8 @@ use history::Destination;
 use joined::{Joined, Seams};
 use open_loop::OpenLoopComparison;
 use pace::Pace;
-use refusal::{unplayable, unsaved};
+use protocol::JOINT_COUNT;
+use refusal::{beyond_range, unplayable, unsaved};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -104,6 +105,11 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let is_window = described.is_some_and(|record| record.window_s.is_some());
     let seam = args.seam.unwrap_or(Seam::usual(is_window));
     let fits = fit::fit(rows, &chosen.scale, seam).map_err(|e| failure(Cause::Input, e))?;
+    let robot = match &chosen.robot {
+        Some(robot) => robot.clone(),
+        None => Robot::ant(LegScale::LONG).map_err(|e| failure(Cause::Input, e))?,
+    };
+    let fits = within_ranges(fits, &robot)?;
 
     if keeps_nothing(&fits) {
         let help = "choose the rows of one stride: --rows A..B, or a --period that fits them";
@@ -121,10 +127,6 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     let playable = playable(&gait.encoded().map_err(unplayable)?)?;
     let taken = Joined::new(fits, playable, joined::own_stroke(&chosen.scale));
     let seams = Seams::new(seam, taken, rows, &chosen.scale, &gait);
-    let robot = match &chosen.robot {
-        Some(robot) => robot.clone(),
-        None => Robot::ant(LegScale::LONG).map_err(|e| failure(Cause::Input, e))?,
-    };
     super::robots::warn_of(&robot);
     let pace = Pace::of(&seams.taken, robot.servo.top_speed_rad_s().to_degrees());
     if !args.lag {
@@ -143,6 +145,26 @@ pub fn run(mut args: Args) -> Result<(), Failure> {
     };
     report::print(&args, &Fitted { out, gait, seams, pace, crowded_strides, comparison, chosen });
     Ok(())
+}
+
+/// Curves whose limits are the tighter of the flags' and the robot's.
+///
+/// # Errors
+/// A joint is asked at amplitude 1.0 for more than the robot lets it turn.
+fn within_ranges(
+    mut fits: [JointFit; JOINT_COUNT],
+    robot: &Robot,
+) -> Result<[JointFit; JOINT_COUNT], Failure> {
+    let asked_deg = fits.each_ref().map(|fit| {
+        let (low_deg, high_deg) = fit.series.deviation_range_deg();
+        (fit.series.centre_deg + low_deg, fit.series.centre_deg + high_deg)
+    });
+    robot.check_range(&asked_deg).map_err(|beyond| beyond_range(beyond, robot))?;
+    for (fit, (low_deg, high_deg)) in fits.iter_mut().zip(robot.joint_ranges_deg()) {
+        fit.series.min_deg = fit.series.min_deg.max(low_deg);
+        fit.series.max_deg = fit.series.max_deg.min(high_deg);
+    }
+    Ok(fits)
 }
 
 /// The result of a fit, for the report.

@@ -14,7 +14,7 @@ use super::reach::{Port, interruptible, unreachable_robot};
 use super::{Cause, Failure, agreement, robots};
 use crate::device::link::ports::SerialLink;
 use crate::device::link::{LinkError, words};
-use crate::device::tracker::plausible::TopSpeed;
+use crate::device::tracker::top_speed::TopSpeed;
 use crate::device::trial::table::{self, Row, TableError};
 use crate::device::trial::{self, Order, TrialStop, clock};
 use crate::gait::gait_file::limits::as_typed;

@@ -21,7 +21,7 @@ use crate::run_folder;
 use crate::search::optimise::basis::Basis;
 use crate::search::optimise::figure;
 use crate::search::optimise::report::safe_range;
-use crate::search::optimise::score::{Aim, usual_speed_m_s};
+use crate::search::optimise::score::{Aim, Counted, usual_speed_m_s};
 use crate::search::optimise::space::Motion;
 use crate::search::optimise::tolerances::Tolerances;
 use budget::Budget;
@@ -126,6 +126,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         basis: &basis,
         stop: &stop,
         tolerances: Tolerances::default(),
+        counted: Counted::of(&robot),
     };
     let whole = args.budget.trials;
     let is_front = args.objective == Objective::Pareto;
@@ -133,6 +134,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     if is_front {
         front::search(&session, &mut found, at_least_m_s);
     }
+    found.motion = session.forward(found.motion);
 
     let name = args.new.name_or(NAME_PREFIX, &robot);
     let path = folder.join(run_folder::GAIT);
@@ -222,7 +224,7 @@ fn write_figure(path: &Path, drawn: Result<String, PlotError>) -> Result<(), Fai
 }
 
 fn gait(args: &Args, robot: &Robot, name: &str, motion: &Motion, safe: Option<(f64, f64)>) -> GaitFile {
-    let joints = motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
+    let joints = motion.series(&robot.joint_reaches_deg());
     let mut gait =
         args.new.file(robot, name, Source::Searched, motion.period_s, TABLE_DEG_PER_ACTION, joints);
     gait.provenance.safe_amplitudes = safe.map(|(least, most)| [least, most]);

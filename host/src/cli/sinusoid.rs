@@ -16,6 +16,7 @@ use crate::learn::run_config::RunConfig;
 use crate::robot::Robot;
 use crate::run_folder;
 use crate::search::optimise::basis::Basis;
+use crate::search::optimise::heading;
 use crate::search::sinusoid::search::{Found, Progress, ROUND_STEPS, Search};
 use crate::search::sinusoid::task::{Task, seconds};
 use crate::search::sinusoid::wave::Pairs;
@@ -103,12 +104,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
         pairs: args.pairs,
         seed: args.new.seed,
         wall_s: began.elapsed().as_secs_f64(),
+        displacement_m: heading::displacement_m(&robot, &found.motion),
     };
     let table = report::table(&found.evaluations).map_err(|error| failure(Cause::Machine, error))?;
     run_folder::write(&folder.join(EVALUATIONS), &table).map_err(machine)?;
     let json = serde_json::to_value(outcome.result()).map_err(|error| failure(Cause::Machine, error))?;
     let text = format!("{json:#}\n");
     run_folder::write(&folder.join(run_folder::SUMMARY), text.as_bytes()).map_err(machine)?;
+    outcome.warn();
     if args.json {
         println!("{json:#}");
     } else {
@@ -167,7 +170,7 @@ fn watched(search: &Search<'_>, stop: &AtomicBool) -> Found {
 }
 
 fn gait(args: &Args, robot: &Robot, found: &Found) -> GaitFile {
-    let mut joints = found.motion.series(robot.joint_limit_deg.min(robot.servo.end_stop_deg));
+    let mut joints = found.motion.series(&robot.joint_reaches_deg());
     let curves = joints.iter_mut().flat_map(|joint| &mut joint.coefficients_deg);
     curves.for_each(|coefficient_deg| *coefficient_deg *= TABLE_DEG_PER_ACTION / ACTION_DEG);
     let name = args.new.name_or("sin", robot);

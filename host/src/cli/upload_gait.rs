@@ -18,6 +18,7 @@ use crate::device::upload::upload_result::{GaitResult, SampledResult, UploadResu
 use crate::device::upload::{self, Stage, UploadError, Uploaded};
 use crate::gait::gait_file::gait_sha256;
 use crate::gait::gait_file::limits::{LeavesLimits, as_typed};
+use crate::robot::BeyondRange;
 use crate::run_folder;
 use check::Check;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -88,11 +89,20 @@ struct Refused {
     source: LeavesLimits,
 }
 
+#[derive(Debug, Error)]
+#[error("{path} leaves the joints' ranges of {robot}")]
+struct BeyondRobot {
+    path: String,
+    robot: String,
+    source: BeyondRange,
+}
+
 pub fn run(mut args: Args) -> Result<(), Failure> {
     args.recording.run = args.run.take();
     let amplitude = amplitude_flag(args.amplitude)?;
     let material = material(&args)?;
     robots::warn_of(&material.robot);
+    check_range(&args, &material)?;
     let clipped_share = clipped_share(&args, &material, amplitude)?;
     if args.dry_run {
         return rehearse(&args, &material, amplitude, clipped_share);
@@ -237,6 +247,18 @@ fn print_words(uploaded: &Uploaded, material: &Material, clipped_share: f64) {
              the next reset brings back the gait saved before"
         ),
     }
+}
+
+/// Refuses a gait that turns joints farther than the robot lets them: its servos would
+/// stall at their ends. `--clip` holds joints at the gait's own limits, not the robot's.
+fn check_range(args: &Args, material: &Material) -> Result<(), Failure> {
+    let asked_deg = material.playable.asked_deg(args.amplitude, args.clip);
+    material.robot.check_range(&asked_deg).map_err(|source| {
+        let help = "take a smaller amplitude, or a gait that was fitted for this robot (host fit --robot FOLDER); \
+                    or correct the joint's range or joint_limit_deg";
+        let path = material.path.display().to_string();
+        failure_with_help(Cause::Input, BeyondRobot { path, robot: material.robot.name.clone(), source }, help)
+    })
 }
 
 /// Share of the stride at the limits: 0 unless `--clip` allows more.

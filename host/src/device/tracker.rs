@@ -1,6 +1,6 @@
 //! The robot's positions from a motion tracker, and the distance walked.
 //!
-//! Holds two formats: tables with `time_s`, `x_m`, `y_m` ([`table`]), and the virtual
+//! Holds two formats: tables with `time_s`, `x_m`, `y_m` (`table`), and the virtual
 //! robot's JSON lines with `unix_time_s`, `x_m`, `y_m`. Positions are never
 //! extrapolated beyond the recording or interpolated over a gap of more than half a
 //! second, and a speed that no legs can make is an error ([`plausible`]). Does not
@@ -9,14 +9,15 @@
 mod error;
 pub mod plausible;
 mod table;
+pub mod top_speed;
 
 pub use error::TrackerError;
 
 use crate::gait::csv_text;
 use crate::run_folder::FileError;
-use plausible::TopSpeed;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use top_speed::TopSpeed;
 
 /// Positions farther apart than this are not joined by a straight line.
 const MAX_GAP_S: f64 = 0.5;

@@ -112,6 +112,21 @@ impl Playable {
         Err(found)
     }
 
+    /// Lowest and highest angle that each joint is asked for at `amplitude`; held at
+    /// the gait's own limits, or as if it had none.
+    #[must_use]
+    pub fn asked_deg(&self, amplitude: f64, held: bool) -> [(f64, f64); JOINT_COUNT] {
+        Joint::ALL.map(|joint| {
+            let centre_deg = self.encoded.centre(joint).deg();
+            let (low_deg, high_deg) = (self.limit_deg(joint, -127), self.limit_deg(joint, 127));
+            let end_deg = |sign: f64| {
+                let asked_deg = centre_deg + amplitude * self.extreme(joint, sign).1;
+                if held { asked_deg.clamp(low_deg, high_deg) } else { asked_deg }
+            };
+            (end_deg(-1.0), end_deg(1.0))
+        })
+    }
+
     /// Share of the stride in which at least one joint is held at its limit.
     #[must_use]
     pub fn clipped_share(&self, amplitude: Amplitude) -> f64 {
@@ -237,6 +252,16 @@ mod tests {
         assert_eq!([0, 30, 60, 90].map(|frame| hip1_deg(frame, 1.0).round()), [5.0, 25.0, 5.0, -15.0]);
         assert_eq!(hip1_deg(30, 3.0), 45.0, "held at its limit");
         assert_eq!(hip1_deg(30 + 120 * 1000, 1.0), hip1_deg(30, 1.0));
+    }
+
+    /// 5 +- 3 * 20 degrees, within -30 to 45; a triangle's corners are cut by the curve.
+    #[test]
+    fn what_joints_are_asked_for_ends_at_the_limits_only_where_they_hold() {
+        let hip1_deg = |held| triangle().asked_deg(3.0, held)[0];
+
+        assert_eq!(hip1_deg(true), (-30.0, 45.0));
+        let (low_deg, high_deg) = hip1_deg(false);
+        assert!((low_deg + 55.0).abs() < 0.3 && (high_deg - 65.0).abs() < 0.3, "{low_deg} {high_deg}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use thiserror::Error;
 
 /// Smallest and largest scale: the Ant's servos lift no longer legs.
 pub const LEG_SCALE_RANGE: (f64, f64) = (0.3, 2.0);
-/// Scales closer than this are equal: files keep fewer digits than a sum may have.
+/// Scales that round to the same multiple of this are equal: files keep fewer digits than a sum may have.
 const TOLERANCE: f64 = 1e-6;
 
 /// Length of the scaled limbs over the drawn length, within [`LEG_SCALE_RANGE`].
@@ -109,7 +109,7 @@ impl Hash for LegScale {
 
 impl fmt::Display for LegScale {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} L", self.0)
+        f.pad(&format!("{} L", self.0))
     }
 }
 

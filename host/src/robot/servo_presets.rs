@@ -25,7 +25,7 @@ const BACKDRIVEN: f64 = 10.0;
 /// Width of a dead band that no data sheet gives: the usual one.
 const DEAD_BAND_US: f64 = 8.0;
 /// From a pulse to the servo's acting on it: one frame of pulses at 60 Hz.
-const DELAY_S: f64 = 1.0 / 60.0;
+const DELAY_S: f64 = 1.0 / protocol::FRAME_RATE_HZ as f64;
 /// Efficiency of gears and bridge by which the stall current follows from torque and speed:
 /// it gives HS-311 0.67 A (0.7 claimed) and MG996R 2.7 A (2.5).
 const EFFICIENCY: f64 = 0.5;

@@ -6,6 +6,7 @@
 pub mod basis;
 pub mod figure;
 pub mod front;
+pub mod heading;
 pub mod report;
 pub mod result;
 pub mod score;

@@ -5,9 +5,11 @@
 //! from: it is a function from a time to eight angles. [`Playback`] is that function
 //! for a gait as the robot plays it, and [`play_starts`] plays one from many starts.
 
+mod direction;
 mod playback;
 mod starts;
 
+pub use direction::{Direction, LEAST_DISTANCE_M, direction_warning};
 pub use playback::Playback;
 pub use starts::{Diverged, Starts, play_sound, play_starts};
 

@@ -118,7 +118,13 @@ impl Robots {
             // Not `clamp`, which panics where a bound is NaN.
             (field.set)(&mut robot, value.max(min).min(max));
         }
-        // The one check that is not a bound of a single number: whether the knees
+        // A range of pulses has to hold the neutral one, wherever that was sampled.
+        let neutral_us = robot.servo.neutral_pulse_us;
+        robot.servo.pulse_range_us = robot
+            .servo
+            .pulse_range_us
+            .map(|[shortest_us, longest_us]| [shortest_us.min(neutral_us), longest_us.max(neutral_us)]);
+        // The other check that is not a bound of a single number: whether the knees
         // can be turned to that slope.
         if robot.check().is_err() {
             robot.geometry.shin_below_horizontal_deg = self.described.geometry.shin_below_horizontal_deg;

@@ -218,8 +218,7 @@ fn print(study: &Study, folder: &Path) {
         let paper = |value: Option<f64>| value.map_or("     ".to_owned(), |value| format!("{value:.3}"));
         println!(
             "{:>6} {:18} {}   {}   {}   {}",
-            // A width applies to text only.
-            best.leg.to_string(),
+            best.leg,
             best.method.label(),
             shown(best.cost_of_transport, best.cost_amplification),
             paper(best.paper_cost_of_transport),

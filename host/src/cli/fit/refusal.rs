@@ -5,6 +5,8 @@
 use crate::cli::explain::{failure, failure_with_help, file_cause};
 use crate::cli::{Cause, Failure};
 use crate::gait::gait_file::{GaitFileError, UnusableGait};
+use crate::robot::{BeyondRange, Robot};
+use thiserror::Error;
 
 pub fn unplayable(error: UnusableGait) -> Failure {
     let help = match &error {
@@ -19,6 +21,20 @@ pub fn unplayable(error: UnusableGait) -> Failure {
         _ => return failure(Cause::Input, error),
     };
     failure_with_help(Cause::Input, error, help)
+}
+
+/// Of a gait that is beyond its robot at amplitude 1.0.
+#[derive(Debug, Error)]
+#[error("the gait leaves the joints' ranges of {robot} at amplitude 1.0")]
+struct BeyondRobot {
+    robot: String,
+    source: BeyondRange,
+}
+
+pub fn beyond_range(source: BeyondRange, robot: &Robot) -> Failure {
+    let help = "a joint moves by --unit-deg per unit of action; check the recording's units, or correct the \
+                joint's range or joint_limit_deg of the robot";
+    failure_with_help(Cause::Input, BeyondRobot { robot: robot.name.clone(), source }, help)
 }
 
 pub fn unsaved(error: GaitFileError) -> Failure {

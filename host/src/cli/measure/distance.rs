@@ -4,7 +4,7 @@
 
 use super::{MeasureError, failure, failure_with_help};
 use crate::cli::{Cause, Failure};
-use crate::device::tracker::plausible::TopSpeed;
+use crate::device::tracker::top_speed::TopSpeed;
 use crate::device::tracker::{Track, TrackerError, Walked};
 use crate::device::trial::clock::Interval;
 use crate::robot::{Limbs, Robot};

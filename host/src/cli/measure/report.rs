@@ -8,7 +8,7 @@ use crate::cli::Cause;
 use crate::cli::explain::path_text;
 use crate::cli::output;
 use crate::device::tracker::Walked;
-use crate::device::tracker::plausible::TopSpeed;
+use crate::device::tracker::top_speed::TopSpeed;
 use crate::device::trial::Trial;
 use crate::device::trial::clock::Interval;
 use crate::device::trial::measure_result::MeasureResult;

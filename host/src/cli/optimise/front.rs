@@ -11,7 +11,7 @@ pub use table::{print, save};
 
 use super::SPEED_RESERVE;
 use super::budget::LEAST_TRIALS;
-use super::session::{SEARCH_TRIAL_S, SearchSession};
+use super::session::SearchSession;
 use crate::search::optimise::front::{Winner, undominated, winners};
 use crate::search::optimise::report::{AtAmplitude, OverDraws};
 use crate::search::optimise::score::Aim;
@@ -85,7 +85,7 @@ pub fn search(session: &SearchSession<'_>, found: &mut Found, least_m_s: f64) {
         session.next(found, aim(asked_m_s), number as u64, each, &what);
     }
     // A gait that was found on the way to another speed may be the better one here.
-    if let Some(best) = winners(&found.pool, &[least_m_s], aim, SEARCH_TRIAL_S).pop() {
+    if let Some(best) = winners(&found.pool, &[least_m_s], |asked_m_s| session.test(aim(asked_m_s))).pop() {
         found.motion = best.motion;
     }
 }
@@ -94,7 +94,10 @@ pub fn search(session: &SearchSession<'_>, found: &mut Found, least_m_s: f64) {
 pub fn of(session: &SearchSession<'_>, found: &Found, least_m_s: f64) -> Front {
     let steps = ((CHOSEN.1 - CHOSEN.0) / CHOSEN_STEP).round() as u32;
     let chosen: Vec<f64> = (0..=steps).map(|k| (CHOSEN.0 + CHOSEN_STEP * f64::from(k)) * least_m_s).collect();
-    let winners = winners(&found.pool, &chosen, aim, SEARCH_TRIAL_S);
+    let mut winners = winners(&found.pool, &chosen, |asked_m_s| session.test(aim(asked_m_s)));
+    for winner in &mut winners {
+        winner.motion = session.forward(winner.motion.clone());
+    }
     let walks: Vec<OverDraws> = winners.iter().map(|winner| session.over_draws(&winner.motion)).collect();
     let places: Vec<(f64, f64)> =
         walks.iter().map(|walks| (walks.speed_m_s.median, walks.cost_of_transport.median)).collect();

@@ -3,16 +3,17 @@
 //! Holds the words and the fields of the JSON. Does not depend on how a gait is
 //! searched.
 
-use crate::cli::explain::path_text;
+use crate::cli::explain::{path_text, warn};
 use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::paper;
 use crate::robot::Robot;
 use crate::search::optimise::report::{
-    AtAmplitude, OverDraws, PowerBalance, Quantiles, floor, power_balance,
+    AtAmplitude, OverDraws, PowerBalance, Quantiles, TRIAL_S, floor, power_balance,
 };
 use crate::search::optimise::result::{FrontResult, OptimiseResult};
 use crate::search::optimise::space::{Motion, SPEED_MARGIN};
 use crate::search::optimise::tolerances::has_spread;
+use crate::sim::open_loop::direction_warning;
 use std::path::Path;
 
 /// A gait and all that is known of it.
@@ -49,6 +50,8 @@ impl Outcome<'_> {
             cost_of_transport_p90: walks.cost_of_transport.p90,
             speed_m_s_median: walks.speed_m_s.median,
             speed_m_s_p10: walks.speed_m_s.p10,
+            forward_m: walks.forward_m.median,
+            sideways_m: walks.sideways_m.median,
             power_w_median: walks.power_w.median,
             yaw_deg_median: walks.yaw_deg.median,
             setpoint_speed_max_rad_s: motion.fastest_deg_s(1.0).to_radians(),
@@ -69,7 +72,7 @@ impl Outcome<'_> {
         self.walks.slower_servos as f64 / self.walks.draws.max(1) as f64
     }
 
-    /// Warns if the gait is slower than what was asked for.
+    /// Warns if the gait is slower than what was asked for, or does not walk forward.
     pub fn warn(&self) {
         let median_m_s = self.walks.speed_m_s.median;
         if let Some(asked_m_s) = self.at_least_m_s.filter(|asked_m_s| median_m_s < *asked_m_s) {
@@ -77,6 +80,10 @@ impl Outcome<'_> {
                 "warning: it walks at {median_m_s:.3} m/s, slower than the {asked_m_s} m/s that were asked \
                  for; search longer (--budget) or lower --min-speed"
             );
+        }
+        let displacement_m = [self.walks.forward_m.median, self.walks.sideways_m.median];
+        if let Some(warning) = direction_warning(displacement_m, TRIAL_S) {
+            warn(&warning);
         }
     }
 
@@ -93,6 +100,8 @@ impl Outcome<'_> {
         };
         row("cost of transport", &walks.cost_of_transport, 3);
         row("speed m/s", &walks.speed_m_s, 3);
+        row("forward m in 12 s", &walks.forward_m, 2);
+        row("sideways m in 12 s", &walks.sideways_m, 2);
         row("power W", &walks.power_w, 2);
         row("turned deg in 12 s", &walks.yaw_deg, 1);
         row("leaned deg at most", &walks.tilt_deg, 1);

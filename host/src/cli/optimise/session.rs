@@ -6,8 +6,9 @@
 use super::Args;
 use crate::robot::Robot;
 use crate::search::optimise::basis::Basis;
+use crate::search::optimise::heading;
 use crate::search::optimise::report::{AtAmplitude, Fresh, OverDraws, TRIAL_S, over_amplitudes, over_draws};
-use crate::search::optimise::score::{Aim, Test};
+use crate::search::optimise::score::{Aim, Counted, Test};
 use crate::search::optimise::search::{Found, Progress, Search, Stage, Start};
 use crate::search::optimise::space::{Bounds, Motion, Space};
 use crate::search::optimise::tolerances::{Draw, Tolerances};
@@ -16,11 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Length of a trial of the search; reports take the paper's 12 s.
-pub const SEARCH_TRIAL_S: f64 = 5.0;
+const SEARCH_TRIAL_S: f64 = 5.0;
 /// The report's seed is another than the search's.
 const REPORT_SEED: u64 = 0x5eed_0f7e;
 /// A report only plays gaits: the aim has no effect on a walk.
-const REPORT: Test = Test { aim: Aim::Speed, duration_s: TRIAL_S };
+const REPORT: Test = Test { aim: Aim::Speed, counted: Counted::Distance, duration_s: TRIAL_S };
 /// Draws at each amplitude: a quarter of the report's.
 const AMPLITUDE_SHARE: usize = 4;
 /// Between walks that are only for the progress bar.
@@ -33,6 +34,7 @@ pub struct SearchSession<'a> {
     pub basis: &'a Basis,
     pub stop: &'a AtomicBool,
     pub tolerances: Tolerances,
+    pub counted: Counted,
 }
 
 impl SearchSession<'_> {
@@ -62,7 +64,7 @@ impl SearchSession<'_> {
         let search = Search {
             robot: self.robot,
             space: &space,
-            test: Test { aim, duration_s: SEARCH_TRIAL_S },
+            test: self.test(aim),
             tolerances: self.tolerances,
             seed: self.args.new.seed,
             budget,
@@ -72,6 +74,16 @@ impl SearchSession<'_> {
         let found = go(&search, &mut |progress| shown.show(progress));
         shown.bar.finish_and_clear();
         found
+    }
+
+    /// A trial of the search.
+    pub fn test(&self, aim: Aim) -> Test {
+        Test { aim, counted: self.counted, duration_s: SEARCH_TRIAL_S }
+    }
+
+    /// A gait that was found, turned round if it goes backwards and the robot is symmetric.
+    pub fn forward(&self, motion: Motion) -> Motion {
+        heading::forward(self.robot, motion)
     }
 
     /// A gait over robots that no search has seen.

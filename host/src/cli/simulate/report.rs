@@ -8,7 +8,7 @@ use super::{Args, Simulated};
 use crate::cli::explain::{path_text, warn};
 use crate::gait::fit::speeds::{fastest, lagging_share, peak_speeds};
 use crate::gait::gait_file::gait_sha256;
-use crate::sim::open_loop::Walk;
+use crate::sim::open_loop::{Walk, direction_warning};
 use protocol::{FRAME_RATE_HZ, Joint};
 
 /// Infinite values, of a robot that stood still, stay infinite.
@@ -28,7 +28,8 @@ fn spread(walks: &[Walk], value: fn(&Walk) -> f64) -> Spread<f64> {
 
 /// Prints the table, or with `--json` one object; warnings go to standard error.
 pub fn print(args: &Args, simulated: &Simulated) -> serde_json::Result<()> {
-    let warnings = warnings(simulated);
+    let mut warnings = warnings(simulated);
+    warnings.extend(direction_warning(mean_displacement_m(&simulated.walks), args.duration_s));
     for warning in &warnings {
         warn(warning);
     }
@@ -43,10 +44,21 @@ pub fn print(args: &Args, simulated: &Simulated) -> serde_json::Result<()> {
     Ok(())
 }
 
+/// Displacement along x and y, mean over the starts.
+fn mean_displacement_m(walks: &[Walk]) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        walks.iter().map(|walk| walk.displacement_m[axis]).sum::<f64>() / walks.len().max(1) as f64
+    })
+}
+
 /// Reasons why a robot, simulated or real, cannot follow the gait.
 fn warnings(simulated: &Simulated) -> Vec<String> {
     let Simulated { material, amplitude, .. } = simulated;
     let mut warnings = material.doubts(*amplitude);
+    let asked_deg = material.playable.asked_deg(amplitude.value(), true);
+    if let Err(beyond) = material.robot.check_range(&asked_deg) {
+        warnings.push(format!("{beyond}; it is held at its end"));
+    }
     let clipped_share = material.clipped_share(*amplitude);
     if clipped_share > 0.0 {
         warnings.push(format!(

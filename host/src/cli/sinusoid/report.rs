@@ -3,15 +3,17 @@
 //! Holds the words, the fields of the JSON, and the table of evaluations. Does
 //! not depend on how a gait is searched.
 
-use crate::cli::explain::path_text;
+use crate::cli::explain::{path_text, warn};
 use crate::gait::gait_file::{GaitFile, gait_sha256};
 use crate::learn::preset::Preset;
 use crate::robot::Robot;
+use crate::search::optimise::report::TRIAL_S;
 use crate::search::sinusoid::result::SinusoidResult;
 use crate::search::sinusoid::search::{Evaluation, Found};
 use crate::search::sinusoid::task::seconds;
 use crate::search::sinusoid::wave::{Pairs, Sinusoid, Wave};
 use crate::sim::ant_env::ACTION_DEG;
+use crate::sim::open_loop::direction_warning;
 use std::path::Path;
 use thiserror::Error;
 
@@ -32,6 +34,8 @@ pub struct Outcome<'a> {
     pub pairs: Pairs,
     pub seed: u64,
     pub wall_s: f64,
+    /// Of the described robot in 12 s, along x and y.
+    pub displacement_m: [f64; 2],
 }
 
 impl Outcome<'_> {
@@ -51,6 +55,8 @@ impl Outcome<'_> {
             reward_per_step: found.score.reward_per_step,
             period_s: found.motion.period_s,
             speed_m_s: found.score.speed_m_s,
+            forward_m: self.displacement_m[0],
+            sideways_m: self.displacement_m[1],
             power_w: found.score.power_w,
             cost_of_transport: found.score.cost_of_transport,
             falls: found.score.falls,
@@ -58,6 +64,13 @@ impl Outcome<'_> {
             parameters: names.zip(found.gait.numbers()).collect(),
             gait: path_text(self.path),
             gait_sha256: self.gait.encoded().map(|bytes| gait_sha256(&bytes)).unwrap_or_default(),
+        }
+    }
+
+    /// Warns if the gait does not walk forward.
+    pub fn warn(&self) {
+        if let Some(warning) = direction_warning(self.displacement_m, TRIAL_S) {
+            warn(&warning);
         }
     }
 

@@ -3,7 +3,7 @@
 //! Holds messages. Does not depend on how a file is read.
 
 use super::Epoch;
-use super::plausible::TopSpeed;
+use super::top_speed::TopSpeed;
 use crate::run_folder::FileError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -92,7 +92,7 @@ fn an_exported_body_needs_no_overrides() {
         let other = read_back(&robot, Format::Mjcf);
         let Geometry { leg_scale, shin_below_horizontal_deg, foot_radius_m } = &other.geometry;
 
-        assert_eq!(leg_scale.to_string(), "1");
+        assert_eq!(*leg_scale, crate::robot::LegScale::LONG);
         assert!(near(*shin_below_horizontal_deg, robot.geometry.shin_below_horizontal_deg, 100.0));
         assert!(near(*foot_radius_m, robot.geometry.foot_radius_m, 1.0));
         let Mass { torso_kg } = other.mass;

@@ -103,7 +103,8 @@ fn check_geom(body: &str, geom: &mut Geom) -> Result<(), ModelError> {
         GeomType::Capsule | GeomType::Cylinder => {
             (2, "2 numbers, its radius and half its length, or 1 and fromto")
         }
-        GeomType::Box | GeomType::Ellipsoid if geom.fromto.is_some() => (1, "1 number, half its width"),
+        GeomType::Box if geom.fromto.is_some() => (1, "1 number, half its width"),
+        GeomType::Ellipsoid if geom.fromto.is_some() && !touches(geom) => (1, "1 number, half its width"),
         GeomType::Box => (3, "3 numbers, half of each side, or 1 and fromto"),
         // Weighed only: it touches with nothing.
         GeomType::Ellipsoid if !touches(geom) => (3, "3 numbers, its half axes, or 1 and fromto"),

@@ -2,7 +2,7 @@
 //!
 //! Holds their contents. What was measured on the authors' robot and what is
 //! predicted here look different. Does not depend on how figures are drawn, which
-//! is [`crate::plot`]'s.
+//! is `crate::plot`'s.
 
 use super::report::{AtAmplitude, OverDraws, Quantiles};
 use crate::paper;
@@ -124,6 +124,8 @@ mod tests {
             draws: 8,
             cost_of_transport: about(cost),
             speed_m_s: about(speed_m_s),
+            forward_m: about(12.0 * speed_m_s),
+            sideways_m: about(0.0),
             power_w: about(1.0),
             yaw_deg: about(1.0),
             tilt_deg: about(1.0),

@@ -5,7 +5,7 @@
 //! other beats in speed and cost at the same time. Does not depend on how gaits
 //! are searched.
 
-use super::score::{Aim, Test};
+use super::score::Test;
 use super::search::Pool;
 use super::space::Motion;
 
@@ -20,10 +20,10 @@ pub struct Winner {
 
 /// The best gait for each speed that is asked for, slowest first; none comes twice.
 #[must_use]
-pub fn winners(pool: &Pool, asked_m_s: &[f64], aim: impl Fn(f64) -> Aim, duration_s: f64) -> Vec<Winner> {
+pub fn winners(pool: &Pool, asked_m_s: &[f64], test: impl Fn(f64) -> Test) -> Vec<Winner> {
     let mut winners: Vec<Winner> = Vec::new();
     for &asked in asked_m_s {
-        let Some(best) = pool.best(&Test { aim: aim(asked), duration_s }) else { continue };
+        let Some(best) = pool.best(&test(asked)) else { continue };
         match winners.iter_mut().find(|winner| winner.motion == *best.motion) {
             Some(winner) => winner.asked_m_s.push(asked),
             None => winners.push(Winner { asked_m_s: vec![asked], motion: best.motion.clone() }),

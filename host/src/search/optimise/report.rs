@@ -52,6 +52,10 @@ pub struct OverDraws {
     pub cost_of_transport: Quantiles,
     /// Net distance over time.
     pub speed_m_s: Quantiles,
+    /// Displacement along the world's x, which is forward.
+    pub forward_m: Quantiles,
+    /// Displacement along the world's y.
+    pub sideways_m: Quantiles,
     /// From the supply.
     pub power_w: Quantiles,
     /// Turned in 12 s, either way.
@@ -137,6 +141,8 @@ pub fn over_draws(
         draws: walks.len(),
         cost_of_transport: of(|walk| walk.cost_of_transport),
         speed_m_s: of(|walk| walk.speed_m_s),
+        forward_m: of(|walk| walk.displacement_m[0]),
+        sideways_m: of(|walk| walk.displacement_m[1]),
         power_w: of(|walk| walk.mean_power_w),
         yaw_deg: of(|walk| walk.turned_rad.to_degrees().abs()),
         tilt_deg: of(|walk| walk.max_tilt_rad.to_degrees()),
@@ -177,7 +183,7 @@ pub fn over_amplitudes(
         let walks = over_draws(robot, tolerances, test, motion, amplitude, fresh);
         let fastest_deg_s = motion.fastest_deg_s(amplitude);
         let keeps_bounds = fastest_deg_s <= robot.servo.top_speed_rad_s().to_degrees()
-            && motion.widest_deg(amplitude) <= bounds.angle_deg + 1e-6;
+            && motion.excess_deg(&bounds, amplitude) <= 1e-6;
         let safe = keeps_bounds
             && walks.fell == 0
             && walks.dragged == 0

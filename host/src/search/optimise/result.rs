@@ -41,6 +41,12 @@ pub struct OptimiseResult {
     /// A tenth of the robots is slower.
     #[serde(deserialize_with = "null_is_infinite")]
     pub speed_m_s_p10: f64,
+    /// Median displacement along the world's x in 12 s; forward is positive.
+    #[serde(deserialize_with = "null_is_infinite")]
+    pub forward_m: f64,
+    /// Median displacement along the world's y in 12 s.
+    #[serde(deserialize_with = "null_is_infinite")]
+    pub sideways_m: f64,
     /// Median over the robots of the report, from the supply.
     #[serde(deserialize_with = "null_is_infinite")]
     pub power_w_median: f64,
@@ -117,6 +123,8 @@ mod tests {
             draws: 8,
             cost_of_transport: infinite,
             speed_m_s: infinite,
+            forward_m: infinite,
+            sideways_m: infinite,
             power_w: infinite,
             yaw_deg: infinite,
             tilt_deg: infinite,
@@ -154,6 +162,8 @@ mod tests {
             cost_of_transport_p90: f64::INFINITY,
             speed_m_s_median: 0.2,
             speed_m_s_p10: 0.1,
+            forward_m: 2.4,
+            sideways_m: -0.1,
             power_w_median: 1.0,
             yaw_deg_median: 3.0,
             setpoint_speed_max_rad_s: 2.5,

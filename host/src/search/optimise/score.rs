@@ -1,8 +1,8 @@
 //! The score of a gait, over varied robots.
 //!
 //! Holds the trial, the penalties, and the mean over robots. The cost of
-//! transport counts net distance, so a gait that goes in circles already pays for
-//! it there. Does not depend on how gaits are searched.
+//! transport counts net distance, or what of it goes forward, so a gait that goes in
+//! circles already pays for it there. Does not depend on how gaits are searched.
 
 use super::space::Motion;
 use super::tolerances::Draw;
@@ -62,11 +62,22 @@ pub enum Aim {
     Speed,
 }
 
+/// What of a walk's displacement counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counted {
+    /// All of it, in any direction.
+    Distance,
+    /// Its part along +x; a gait that goes backwards counts as one that stands.
+    Forward,
+}
+
 /// How a gait is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Test {
     /// What is optimised.
     pub aim: Aim,
+    /// Which displacement the speed and the cost of transport are of.
+    pub counted: Counted,
     /// The walk that is measured, after an entry.
     pub duration_s: f64,
 }
@@ -104,14 +115,31 @@ impl Test {
         mean + WORST_WEIGHT * (worst - mean)
     }
 
+    /// Speed and cost of transport of the displacement that counts.
+    fn counted(&self, walk: &Walk) -> (f64, f64) {
+        match self.counted {
+            Counted::Distance => (walk.speed_m_s, walk.cost_of_transport),
+            Counted::Forward => {
+                let share = walk.displacement_m[0] / walk.distance_m;
+                // False for NaN, of a robot that did not move at all.
+                if share > 0.0 {
+                    (share * walk.speed_m_s, walk.cost_of_transport / share)
+                } else {
+                    (0.0, f64::INFINITY)
+                }
+            }
+        }
+    }
+
     fn price(&self, walk: &Walk) -> f64 {
+        let (speed_m_s, cost_of_transport) = self.counted(walk);
         let aimed_at = match self.aim {
             Aim::Cost { at_least_m_s } => {
-                let missing = (1.0 - walk.speed_m_s / at_least_m_s).max(0.0);
-                walk.cost_of_transport.min(MOST_COST) + SLOW_PRICE * missing
+                let missing = (1.0 - speed_m_s / at_least_m_s).max(0.0);
+                cost_of_transport.min(MOST_COST) + SLOW_PRICE * missing
             }
             // In the same range as a cost of transport, for the prices' sake.
-            Aim::Speed => (0.1 / walk.speed_m_s).min(MOST_COST),
+            Aim::Speed => (0.1 / speed_m_s).min(MOST_COST),
         };
         let turned_deg = walk.turned_rad.to_degrees().abs() * 12.0 / self.duration_s;
         aimed_at
@@ -127,4 +155,29 @@ impl Test {
 #[must_use]
 pub fn usual_speed_m_s(robot: &Robot) -> f64 {
     0.125 + 0.125 * robot.geometry.leg_scale.value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_goes_forward_counts_where_it_is_asked_for() {
+        let walk = |x_m: f64, y_m: f64| Walk {
+            distance_m: x_m.hypot(y_m),
+            displacement_m: [x_m, y_m],
+            speed_m_s: x_m.hypot(y_m) / 10.0,
+            cost_of_transport: 1.0,
+            fell: false,
+            ..LOST
+        };
+        let test = |counted| Test { aim: Aim::Cost { at_least_m_s: 0.3 }, counted, duration_s: 10.0 };
+        let score = |counted, walk: Walk| test(counted).score_of([walk].into_iter());
+
+        assert_eq!(score(Counted::Distance, walk(-3.0, 0.0)), 1.0);
+        assert_eq!(score(Counted::Forward, walk(3.0, 0.0)), 1.0);
+        assert_eq!(score(Counted::Forward, walk(-3.0, 0.0)), MOST_COST + SLOW_PRICE);
+        // 3 m forward of 5 m: as fast as asked for, at 5 / 3 of the cost.
+        assert!((score(Counted::Forward, walk(3.0, 4.0)) - 5.0 / 3.0).abs() < 1e-9);
+    }
 }

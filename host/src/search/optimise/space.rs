@@ -9,6 +9,7 @@ use crate::gait::fit::mean_over_stride;
 use crate::gait::gait_file::{GaitFile, JointSeries};
 use crate::robot::Robot;
 use core::f64::consts::SQRT_2;
+use core::ops::Range;
 use protocol::gait::{COEFFICIENT_COUNT, DEGREE};
 use protocol::{JOINT_COUNT, Joint};
 
@@ -32,8 +33,8 @@ const MIDDLE_PERIOD_S: f64 = 0.8;
 /// What a gait may ask of its robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Largest angle from neutral.
-    pub angle_deg: f64,
+    /// Least and most angle from neutral of each joint: hips 1 to 4, then knees.
+    pub ranges_deg: [(f64, f64); JOINT_COUNT],
     /// Fastest setpoint.
     pub speed_deg_s: f64,
 }
@@ -43,9 +44,18 @@ impl Bounds {
     #[must_use]
     pub fn of(robot: &Robot) -> Self {
         Self {
-            angle_deg: robot.joint_limit_deg.min(robot.servo.end_stop_deg) - STOP_MARGIN_DEG,
+            // A range narrower than the margins leaves no stroke.
+            ranges_deg: robot
+                .joint_reaches_deg()
+                .map(|(low, high)| ((low + STOP_MARGIN_DEG).min(0.0), (high - STOP_MARGIN_DEG).max(0.0))),
             speed_deg_s: SPEED_MARGIN * robot.servo.top_speed_rad_s().to_degrees(),
         }
+    }
+
+    /// How far all of these joints turn both ways, numbered as in `ranges_deg`.
+    #[must_use]
+    pub fn either_way_deg(&self, joints: Range<usize>) -> f64 {
+        self.ranges_deg[joints].iter().map(|(low, high)| high.min(-low)).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -91,27 +101,28 @@ impl Motion {
 
     /// The curves for a gait file, with the limits that they were made for.
     #[must_use]
-    pub fn series(&self, limit_deg: f64) -> [JointSeries; JOINT_COUNT] {
+    pub fn series(&self, ranges_deg: &[(f64, f64); JOINT_COUNT]) -> [JointSeries; JOINT_COUNT] {
         core::array::from_fn(|j| JointSeries {
             centre_deg: self.centres_deg[j],
-            min_deg: -limit_deg,
-            max_deg: limit_deg,
+            min_deg: ranges_deg[j].0,
+            max_deg: ranges_deg[j].1,
             coefficients_deg: self.curves_deg[j],
             residual_rms_deg: None,
             r2: None,
         })
     }
 
-    /// Largest angle from neutral that any joint is asked for, at an amplitude.
+    /// How far any joint is asked to leave its range at an amplitude, in degrees; negative
+    /// while all keep within.
     #[must_use]
-    pub fn widest_deg(&self, amplitude: f64) -> f64 {
-        let joints = self.centres_deg.iter().zip(&self.curves_deg);
+    pub fn excess_deg(&self, bounds: &Bounds, amplitude: f64) -> f64 {
+        let joints = self.centres_deg.iter().zip(&self.curves_deg).zip(&bounds.ranges_deg);
         joints
-            .map(|(centre_deg, curve)| {
+            .map(|((centre_deg, curve), (low_deg, high_deg))| {
                 let (low, high) = range_of(curve);
-                (centre_deg + amplitude * high).max(-(centre_deg + amplitude * low))
+                (centre_deg + amplitude * high - high_deg).max(low_deg - (centre_deg + amplitude * low))
             })
-            .fold(0.0, f64::max)
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Fastest that any setpoint moves, at an amplitude.
@@ -199,14 +210,15 @@ impl Space {
     /// period to speeds.
     #[must_use]
     pub fn repaired(&self, mut motion: Motion) -> Motion {
-        let Bounds { angle_deg, speed_deg_s } = self.bounds;
-        for (centre_deg, curve) in motion.centres_deg.iter_mut().zip(&mut motion.curves_deg) {
+        let Bounds { ranges_deg, speed_deg_s } = self.bounds;
+        let joints = motion.centres_deg.iter_mut().zip(&mut motion.curves_deg);
+        for ((centre_deg, curve), (low_deg, high_deg)) in joints.zip(ranges_deg) {
             // A joint that cannot move either way walks no robot.
-            *centre_deg = centre_deg.clamp(-0.9 * angle_deg, 0.9 * angle_deg);
+            *centre_deg = centre_deg.clamp(0.9 * low_deg, 0.9 * high_deg);
             let (low, high) = range_of(curve);
             let shrink =
                 |room_deg: f64, used_deg: f64| if used_deg > room_deg { room_deg / used_deg } else { 1.0 };
-            let share = shrink(angle_deg - *centre_deg, high).min(shrink(angle_deg + *centre_deg, -low));
+            let share = shrink(high_deg - *centre_deg, high).min(shrink(*centre_deg - low_deg, -low));
             curve.iter_mut().for_each(|c| *c *= share);
         }
         let turned_deg = motion.curves_deg.iter().map(steepest).fold(0.0, f64::max);

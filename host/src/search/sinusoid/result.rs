@@ -35,6 +35,10 @@ pub struct SinusoidResult {
     pub period_s: f64,
     /// Along the world's x.
     pub speed_m_s: f64,
+    /// Displacement of the described robot along the world's x in 12 s, open loop.
+    pub forward_m: f64,
+    /// The same along the world's y.
+    pub sideways_m: f64,
     /// Servos and electronics.
     pub power_w: f64,
     /// Infinite if the robot got nowhere, or backwards.
@@ -71,6 +75,8 @@ mod tests {
             reward_per_step: 0.5,
             period_s: 1.2,
             speed_m_s: -0.1,
+            forward_m: -1.2,
+            sideways_m: 0.1,
             power_w: 0.9,
             cost_of_transport: f64::INFINITY,
             falls: 0,

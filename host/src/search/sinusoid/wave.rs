@@ -106,9 +106,12 @@ pub struct Sinusoid {
 #[must_use]
 pub fn bounds(robot: &Robot, task: &AntEnvConfig) -> Bounds {
     let own = Bounds::of(robot);
+    let task_deg = task.setpoint_limit * ACTION_DEG;
     let task_deg_s = task.slew_limit_rad_s.map_or(f64::INFINITY, f64::to_degrees);
     Bounds {
-        angle_deg: own.angle_deg.min(task.setpoint_limit * ACTION_DEG),
+        ranges_deg: own
+            .ranges_deg
+            .map(|(low_deg, high_deg)| (low_deg.max(-task_deg), high_deg.min(task_deg))),
         speed_deg_s: (SPEED_MARGIN * robot.servo.top_speed_rad_s().to_degrees()).min(task_deg_s),
     }
 }
@@ -138,18 +141,20 @@ impl Sinusoid {
         let (knee_offsets, knee_strokes) = (shares(), shares());
         // A whole circle, cut where a knee is in step with its hip, which takes no foot off the ground.
         let knees_ahead = around(0.25);
-        let wave = |offset: f64, stroke: f64, phase: f64| {
-            let offset_deg = OFFSET_SHARE * bounds.angle_deg * (2.0 * offset - 1.0);
-            let room_deg = bounds.angle_deg - offset_deg.abs();
+        let wave = |angle_deg: f64, offset: f64, stroke: f64, phase: f64| {
+            let offset_deg = OFFSET_SHARE * angle_deg * (2.0 * offset - 1.0);
+            let room_deg = angle_deg - offset_deg.abs();
             let amplitude_deg = stroke * room_deg.min(bounds.speed_deg_s * period_s / TAU);
             Wave { amplitude_deg, phase: phase.rem_euclid(1.0), offset_deg }
         };
         let hip_phases = [0.0, ahead];
+        let hip_deg = bounds.either_way_deg(0..LEG_COUNT);
+        let knee_deg = bounds.either_way_deg(LEG_COUNT..JOINT_COUNT);
         Self {
             period_s,
-            hips: core::array::from_fn(|i| wave(hip_offsets[i], hip_strokes[i], hip_phases[i])),
+            hips: core::array::from_fn(|i| wave(hip_deg, hip_offsets[i], hip_strokes[i], hip_phases[i])),
             knees: core::array::from_fn(|i| {
-                wave(knee_offsets[i], knee_strokes[i], hip_phases[i] + knees_ahead[i])
+                wave(knee_deg, knee_offsets[i], knee_strokes[i], hip_phases[i] + knees_ahead[i])
             }),
         }
     }
@@ -265,7 +270,7 @@ mod tests {
 
             assert!((motion.period_s / gait.period_s - 1.0).abs() < 0.02, "{point:?}");
             assert!(motion.fastest_deg_s(1.0) <= bounds.speed_deg_s * 1.000_001, "{point:?}");
-            assert!(motion.widest_deg(1.0) <= bounds.angle_deg + 1e-6, "{point:?}");
+            assert!(motion.excess_deg(&bounds, 1.0) <= 1e-6, "{point:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::robot::LegScale;
 use crate::search::optimise::basis::Basis;
-use crate::search::optimise::score::Aim;
+use crate::search::optimise::score::{Aim, Counted};
 use crate::search::optimise::space::Space;
 use crate::sim::open_loop::{Trial, play};
 use protocol::gait::COEFFICIENT_COUNT;
@@ -56,7 +56,7 @@ fn the_safe_range_ends_at_the_first_gap_on_either_side() {
         centres_deg: [0.0; JOINT_COUNT],
         curves_deg: [[0.0; COEFFICIENT_COUNT]; JOINT_COUNT],
     };
-    let test = Test { aim: Aim::Speed, duration_s: 0.1 };
+    let test = Test { aim: Aim::Speed, counted: Counted::Distance, duration_s: 0.1 };
     let walks =
         over_draws(&robot, &Tolerances::default(), &test, &still, 1.0, fresh(1, &AtomicBool::new(false)));
     let at =
@@ -86,7 +86,7 @@ fn where_the_power_goes_comes_to_what_a_trial_takes() {
 #[test]
 fn a_report_that_is_told_to_stop_plays_the_least_robots_and_no_amplitudes() {
     let robot = Robot::ant(LegScale::LONG).expect("the Ant");
-    let test = Test { aim: Aim::Speed, duration_s: 0.1 };
+    let test = Test { aim: Aim::Speed, counted: Counted::Distance, duration_s: 0.1 };
     let (tolerances, stop) = (Tolerances::default(), AtomicBool::new(true));
     let motion = trot(&robot);
 
@@ -100,7 +100,7 @@ fn a_report_that_is_told_to_stop_plays_the_least_robots_and_no_amplitudes() {
 #[test]
 fn servos_that_cannot_follow_are_counted() {
     let robot = Robot::ant(LegScale::LONG).expect("the Ant");
-    let test = Test { aim: Aim::Speed, duration_s: 0.1 };
+    let test = Test { aim: Aim::Speed, counted: Counted::Distance, duration_s: 0.1 };
     let stop = AtomicBool::new(false);
     let mut motion = trot(&robot);
     let count = |motion: &Motion| {

@@ -4,11 +4,11 @@ use super::*;
 use crate::gait::gait_file::GaitFile;
 use crate::robot::LegScale;
 use crate::search::optimise::basis::Basis;
-use crate::search::optimise::score::Aim;
+use crate::search::optimise::score::{Aim, Counted};
 use crate::search::optimise::space::Bounds;
 use std::path::Path;
 
-const TEST: Test = Test { aim: Aim::Cost { at_least_m_s: 0.2 }, duration_s: 0.5 };
+const TEST: Test = Test { aim: Aim::Cost { at_least_m_s: 0.2 }, counted: Counted::Distance, duration_s: 0.5 };
 
 /// A search of the Ant, handed to `go` with its flag to stop.
 fn with_search<T>(budget: u64, stop: &AtomicBool, go: impl FnOnce(&Search<'_>) -> T) -> T {

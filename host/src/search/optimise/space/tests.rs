@@ -21,7 +21,7 @@ fn whatever_is_asked_for_the_servos_can_follow() {
         for i in 0..1000 {
             for angle in motion.angles_rad(motion.period_s * f64::from(i) / 1000.0, 1.0) {
                 assert!(
-                    angle.to_degrees().abs() <= bounds.angle_deg + 0.05,
+                    angle.to_degrees().abs() <= bounds.ranges_deg[0].1 + 0.05,
                     "{size}: {}",
                     angle.to_degrees()
                 );
@@ -61,6 +61,6 @@ fn the_gaits_that_come_with_the_program_keep_their_robots_bounds() {
         let bounds = Bounds::of(&Robot::ant(leg).expect("a leg scale"));
 
         assert!(motion.fastest_deg_s(1.0) <= bounds.speed_deg_s * 1.001, "{leg}");
-        assert!(motion.widest_deg(1.0) <= bounds.angle_deg + 0.01, "{leg}");
+        assert!(motion.excess_deg(&bounds, 1.0) <= 0.01, "{leg}");
     }
 }
