@@ -182,7 +182,7 @@ pub fn solid(body: &str, collider: &Collider) -> Result<Solid, ModelError> {
         }
         _ => Err(ModelError::Shape {
             body: body.to_owned(),
-            shape: "shape that is none of these",
+            shape: "shape of another kind",
             looks: "none touches",
         }),
     }
